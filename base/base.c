@@ -1,0 +1,101 @@
+/* base.c - start-up, and one error handler that speaks to people. */
+#include "base.h"
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+static char      message[BASE_LINE];
+static PetscBool quiet;
+
+/* PETSc calls this once where the error starts (kind INITIAL) and once per frame above it (REPEAT). */
+static PetscErrorCode HandleError(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code, PetscErrorType kind, const char *text, void *ctx)
+{
+  if (kind == PETSC_ERROR_INITIAL) {
+    PetscMPIInt rank = 0;
+    const char *what = text && text[0] ? text : "an error without a message";
+
+    if (!message[0]) {
+      strncpy(message, what, sizeof(message) - 1);
+      message[sizeof(message) - 1] = 0;
+    }
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+    if (!quiet && !getenv("CLEAVE_TRACE") && (rank == 0 || comm == PETSC_COMM_SELF)) {
+      if (code == PETSC_ERR_USER_INPUT) fprintf(stderr, "cleave: %s\n", what);
+      else fprintf(stderr, "cleave: %s  [%s, %s:%d, code %d; CLEAVE_TRACE=1 shows the calls]\n", what, function, file, line, (int)code);
+    }
+  }
+  if (getenv("CLEAVE_TRACE") && !quiet) return PetscTraceBackErrorHandler(comm, line, function, file, code, kind, text, ctx);
+  return code;
+}
+
+PetscErrorCode BaseInitialize(int *argc, char ***argv)
+{
+  PetscErrorCode code;
+
+  setenv("OPENBLAS_NUM_THREADS", "1", 0); /* BLAS threads would fight ours for the cores */
+  code = PetscInitialize(argc, argv, NULL, NULL);
+  if (code) return code;
+  PetscFunctionBegin;
+  PetscCall(PetscPopSignalHandler()); /* Ctrl-C is the run loop's */
+  PetscCall(PetscPushErrorHandler(HandleError, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode BaseFinalize(void)
+{
+  PetscPopErrorHandler();
+  return PetscFinalize();
+}
+
+const char *BaseErrorMessage(void)
+{
+  return message;
+}
+
+void BaseErrorClear(void)
+{
+  message[0] = 0;
+}
+
+void BaseErrorQuiet(PetscBool on)
+{
+  quiet = on;
+}
+
+/* Levenshtein distance with adjacent transposition, cut at the words' length. */
+static PetscInt EditDistance(const char *a, const char *b)
+{
+  const PetscInt na = (PetscInt)strlen(a), nb = (PetscInt)strlen(b);
+  PetscInt       row[3][128];
+
+  if (na > 100 || nb > 100) return 1000;
+  for (PetscInt j = 0; j <= nb; j++) row[1][j] = j;
+  for (PetscInt i = 1; i <= na; i++) {
+    PetscInt *before = row[(i + 2) % 3], *last = row[i % 3], *now = row[(i + 1) % 3];
+
+    now[0] = i;
+    for (PetscInt j = 1; j <= nb; j++) {
+      const PetscInt change = last[j - 1] + (a[i - 1] != b[j - 1]);
+
+      now[j] = PetscMin(change, PetscMin(last[j], now[j - 1]) + 1);
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) now[j] = PetscMin(now[j], before[j - 2] + 1);
+    }
+  }
+  return row[(na + 1) % 3][nb];
+}
+
+const char *BaseNearest(const char *word, PetscInt n, const char *const names[])
+{
+  const char *best  = NULL;
+  PetscInt    least = 1 + (PetscInt)strlen(word) / 3;
+
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscInt distance = EditDistance(word, names[k]);
+
+    if (distance < least || (distance == least && !best)) {
+      least = distance;
+      best  = names[k];
+    }
+  }
+  return best;
+}

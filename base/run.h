@@ -1,0 +1,65 @@
+/*
+  run.h - the loop that advances a model: steps, history, frames, checkpoints, progress, Ctrl-C.
+
+  A model gives a Stepper; the loop knows nothing else of it.
+*/
+#pragma once
+#include "base.h"
+#include "checkpoint.h"
+#include "ledger.h"
+#include "output.h"
+
+/* Every function may be called on all ranks together. ctx is the model, borrowed. */
+typedef struct {
+  const char *name; /* "fem", "dem", "coupled": heads the summary and the checkpoint's groups */
+  void       *ctx;
+  PetscErrorCode (*stable_step)(void *ctx, PetscReal *dt);               /* largest step the model allows [s]; PETSC_MAX_REAL when any will do */
+  PetscErrorCode (*step)(void *ctx, PetscReal t, PetscReal dt);          /* advance the state from t to t + dt */
+  PetscErrorCode (*energy)(void *ctx, Ledger *ledger);                   /* of the present state */
+  PetscErrorCode (*history)(void *ctx, PetscInt i, PetscReal *value);    /* i-th asked quantity; see n_history */
+  PetscErrorCode (*write)(void *ctx, Output output);                     /* blocks of the present frame */
+  PetscErrorCode (*save)(void *ctx, Checkpoint checkpoint);
+  PetscErrorCode (*load)(void *ctx, Checkpoint checkpoint);
+  PetscErrorCode (*unbalanced)(void *ctx, PetscReal *ratio);             /* mean |out-of-balance force| / mean |force|; NULL when it has none */
+  PetscInt    n_history;
+  const char *const *history_name; /* [n_history] */
+  const char *const *history_unit; /* [n_history] */
+  PetscReal   elements;            /* elements + bonds advanced a step, for the rate shown */
+} Stepper;
+
+typedef struct {
+  PetscReal   end;              /* [s] */
+  PetscReal   step;             /* given step [s]; 0 = safety x stable step */
+  PetscReal   safety;           /* default 0.9 */
+  PetscReal   history_every;    /* [s]; 0 = only first and last */
+  PetscReal   frame_every;      /* [s]; 0 = only first and last */
+  PetscReal   checkpoint_every; /* [s] of simulated time; 0 = by wall clock, every 5 minutes */
+  PetscReal   ledger_bound;     /* stop with exit 1 above this ledger error; default 0.05 */
+  PetscReal   unbalanced_stop;  /* stop when the ratio falls below; 0 = never */
+  PetscInt    max_steps;        /* stop, with a checkpoint, after so many steps of this call; 0 = none */
+  PetscBool   resume;
+  PetscBool   quiet;
+  const char *stamp;            /* text that tells one scene from another; a checkpoint with another is refused */
+} RunOptions;
+
+typedef enum { RUN_DONE, RUN_INTERRUPTED, RUN_QUIET_STATE } RunEnd;
+
+typedef struct {
+  RunEnd    end;
+  PetscInt  steps, steps_here; /* in all, in this call */
+  PetscReal time, dt, stable_dt;
+  PetscReal seconds_step, seconds_output, seconds_checkpoint; /* wall time by phase */
+  Ledger    ledger;
+  PetscReal worst_ledger_error;
+  PetscInt  n_history;
+  PetscReal *lowest, *highest; /* [n_history] extremes; freed by RunSummaryDestroy */
+} RunSummary;
+
+/*
+  RunLoop - advance until end, Ctrl-C (SIGINT, SIGTERM), failure or max_steps
+
+  A state with NaN, or a ledger error over the bound, is PETSC_ERR_FP or PETSC_ERR_NOT_CONVERGED with the step, the time and the last good
+  checkpoint in the message; no frame of a bad state is written. The step stays constant from start to end, also across a resume.
+*/
+PetscErrorCode RunLoop(MPI_Comm comm, const Stepper *stepper, const RunOptions *options, Output output, RunSummary *summary);
+PetscErrorCode RunSummaryDestroy(RunSummary *summary);

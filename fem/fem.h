@@ -1,0 +1,58 @@
+/* fem.h - elastic body on PETSc: everything another module may know. SI units. Eqs (2.x), docs/theory.md */
+#pragma once
+#include "mesh.h"
+#include "run.h"
+#include "table.h"
+
+typedef struct _p_FemModel *FemModel; /* fields live in fem_impl.h */
+
+typedef enum { FEM_SOLID, FEM_PLANE_STRAIN, FEM_PLANE_STRESS } FemKind;
+typedef enum { FEM_STATIC, FEM_EXPLICIT } FemMethod;
+typedef enum { FEM_DISPLACEMENT, FEM_VELOCITY } FemMotion;
+
+typedef struct {
+  PetscReal density; /* [kg/m3] */
+  PetscReal young;   /* [Pa] */
+  PetscReal poisson; /* [-] in (-1, 1/2) */
+} FemMaterial;
+
+/* Arrays on loan; valid until FemModelRestoreState(). Explicit models on one rank; nodes in the mesh's order of use. */
+typedef struct {
+  PetscInt         dim, n_nodes;
+  const PetscReal *x;        /* [n_nodes][dim] reference position [m] */
+  PetscReal       *u, *v;    /* [n_nodes][dim] displacement [m], half-step velocity [m/s] */
+  const PetscReal *mass;     /* [n_nodes] lumped mass [kg] */
+  PetscReal       *f_ext;    /* [n_nodes][dim] force from outside [N]; callers add, the step clears it */
+} FemState;
+
+PetscErrorCode FemModelCreate(MPI_Comm comm, FemModel *model);
+PetscErrorCode FemModelSetKind(FemModel model, FemKind kind, PetscReal thickness); /* thickness [m], ignored for a solid */
+PetscErrorCode FemModelSetMethod(FemModel model, FemMethod method);
+PetscErrorCode FemModelSetMesh(FemModel model, const Mesh *mesh); /* copies what it needs; call before groups are named */
+PetscErrorCode FemModelAddMaterial(FemModel model, const char *group, const FemMaterial *material); /* "" = the whole body */
+
+/* component 0..dim-1; the table's integral is the displacement when motion is FEM_VELOCITY. Any group dimension. */
+PetscErrorCode FemModelFix(FemModel model, const char *group, PetscInt component, FemMotion motion, const Table *table);
+/* traction [Pa] = direction x table on a facet group; pressure [Pa] positive when it pushes into the body. */
+PetscErrorCode FemModelAddTraction(FemModel model, const char *group, const PetscReal direction[3], const Table *table);
+PetscErrorCode FemModelAddPressure(FemModel model, const char *group, const Table *table);
+PetscErrorCode FemModelSetGravity(FemModel model, const PetscReal gravity[3]); /* [m/s2] */
+PetscErrorCode FemModelSetInitialVelocity(FemModel model, const PetscReal velocity[3]);
+PetscErrorCode FemModelSetDamping(FemModel model, PetscReal alpha); /* mass-proportional, [1/s]; explicit only */
+PetscErrorCode FemModelSetThreads(FemModel model, PetscInt threads);
+
+/* A history quantity over a group: "reaction", "displacement" (mean), "velocity" (mean). One column per component. */
+PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const char *group);
+
+PetscErrorCode FemModelSetUp(FemModel model);
+
+/* Explicit: 2/omega_max by power iteration to 1 %, and the rigorous element bound that never exceeds it.
+   Static: PETSC_MAX_REAL. Eq. (2.12). sets: which element sets it, for the plan. */
+PetscErrorCode FemModelGetCriticalStep(FemModel model, PetscReal *dt);
+PetscErrorCode FemModelGetStableStep(FemModel model, PetscReal *dt);
+
+PetscErrorCode FemModelGetStepper(FemModel model, Stepper *stepper); /* borrowed from the model */
+PetscErrorCode FemModelGetState(FemModel model, FemState *state);
+PetscErrorCode FemModelRestoreState(FemModel model, FemState *state);
+PetscErrorCode FemModelGetCounts(FemModel model, PetscInt *nodes, PetscInt *elements, PetscInt *dofs); /* global */
+PetscErrorCode FemModelDestroy(FemModel *model);
