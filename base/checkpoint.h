@@ -18,4 +18,5 @@ PetscErrorCode CheckpointWriteString(Checkpoint checkpoint, const char *name, co
 PetscErrorCode CheckpointReadReal(Checkpoint checkpoint, const char *name, PetscInt n, PetscReal data[]);
 PetscErrorCode CheckpointReadInt(Checkpoint checkpoint, const char *name, PetscInt n, PetscInt data[]);
 PetscErrorCode CheckpointReadString(Checkpoint checkpoint, const char *name, size_t size, char text[]);
+PetscErrorCode CheckpointReadText(Checkpoint checkpoint, const char *name, char **text); /* of any length; PetscFree() it */
 PetscErrorCode CheckpointHas(Checkpoint checkpoint, const char *name, PetscBool *has);

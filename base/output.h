@@ -2,7 +2,7 @@
   output.h - frames for ParaView and HDF5, the history, one directory.
 
   A frame is a set of blocks ("beam", "particles", "bonds", "cracks"); each block is points, cells and named arrays.
-  fields.h5 holds the data once per frame, NAME.pvd with VTU files what ParaView opens.
+  fields.h5 holds the data once per frame, NAME.pvd with VTU files what ParaView opens. docs/output.md has the layout.
 */
 #pragma once
 #include "base.h"
@@ -37,7 +37,7 @@ PetscErrorCode OutputCreate(MPI_Comm comm, const char *directory, PetscBool resu
 PetscErrorCode OutputDestroy(Output *output);
 const char    *OutputDirectory(Output output);
 
-/* Ask before computing a field: only named fields are made. */
+/* Ask before computing a field: only named fields are made. Before any are named, all are wanted. */
 PetscErrorCode OutputSetFieldNames(Output output, PetscInt n, const char *const names[]);
 PetscBool      OutputWants(Output output, const char *field);
 
@@ -51,3 +51,5 @@ PetscErrorCode OutputHistoryRow(Output output, PetscInt n, const PetscReal value
 
 /* On resume: forget frames and history rows after `time`. */
 PetscErrorCode OutputTruncate(Output output, PetscReal time);
+PetscErrorCode OutputTruncateFrames(Output output, PetscReal time);  /* one without the other, for a last frame or row */
+PetscErrorCode OutputTruncateHistory(Output output, PetscReal time); /* that a longer run would not have written */

@@ -1,0 +1,109 @@
+/* files.c - directories, whole files, and errors that rank 0 shares. */
+#include "files.h"
+#include <errno.h>
+#include <fcntl.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+PetscErrorCode FileMakeDirectory(const char *path)
+{
+  char        part[BASE_LINE];
+  struct stat info;
+
+  PetscFunctionBegin;
+  BaseCheckInput(path && path[0], PETSC_COMM_SELF, "The output directory has no name");
+  BaseCheckInput(strlen(path) < sizeof(part), PETSC_COMM_SELF, "The directory name is longer than %d characters", BASE_LINE - 1);
+  for (size_t k = 1; k <= strlen(path); k++) {
+    if (path[k] != '/' && path[k] != 0) continue;
+    memcpy(part, path, k);
+    part[k] = 0;
+    if (mkdir(part, 0777) && errno != EEXIST) BaseCheckInput(!stat(part, &info), PETSC_COMM_SELF, "Cannot create directory '%s': %s", part, strerror(errno));
+  }
+  BaseCheckInput(!stat(path, &info) && S_ISDIR(info.st_mode), PETSC_COMM_SELF, "'%s' is not a directory; name another place for the output", path);
+  BaseCheckInput(!access(path, W_OK | X_OK), PETSC_COMM_SELF, "Directory '%s' is not writable; name another place for the output", path);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FileOpen(const char *path, const char *mode, FILE **file)
+{
+  PetscFunctionBegin;
+  *file = fopen(path, mode);
+  PetscCheck(*file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "Cannot open '%s': %s", path, strerror(errno));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FileClose(FILE **file, const char *path)
+{
+  int failed;
+
+  PetscFunctionBegin;
+  if (!*file) PetscFunctionReturn(PETSC_SUCCESS);
+  errno  = 0;
+  failed = ferror(*file);
+  failed = fclose(*file) || failed;
+  *file  = NULL;
+  PetscCheck(!failed, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "Cannot write '%s': %s", path, errno ? strerror(errno) : "the disk may be full");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* fsync of a file, or of a directory so that a rename in it lasts. Systems that cannot sync a directory refuse harmlessly. */
+static void Sync(const char *path)
+{
+  const int fd = open(path, O_RDONLY);
+
+  if (fd < 0) return;
+  fsync(fd);
+  close(fd);
+}
+
+PetscErrorCode FileCommit(const char *part, const char *path, PetscBool durable)
+{
+  PetscFunctionBegin;
+  if (durable) Sync(part);
+  PetscCheck(!rename(part, path), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "Cannot rename '%s' to '%s': %s", part, path, strerror(errno));
+  if (durable) {
+    char  folder[BASE_LINE];
+    char *slash;
+
+    BaseFormat(folder, "%s", path);
+    slash = strrchr(folder, '/');
+    if (slash) slash[slash == folder] = 0;
+    Sync(slash ? folder : ".");
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FileReadText(const char *path, char **text, size_t *length)
+{
+  FILE  *file;
+  size_t size = 1 << 16, n = 0;
+
+  PetscFunctionBegin;
+  PetscCall(FileOpen(path, "rb", &file));
+  PetscCall(PetscMalloc1(size, text));
+  for (size_t got; (got = fread(*text + n, 1, size - 1 - n, file)) > 0;) {
+    n += got;
+    if (n == size - 1) {
+      size *= 2;
+      PetscCall(PetscRealloc(size, text));
+    }
+  }
+  (*text)[n] = 0;
+  if (length) *length = n;
+  PetscCall(FileClose(&file, path));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FileShareError(MPI_Comm comm, PetscErrorCode code, const char *what)
+{
+  PetscMPIInt rank;
+  int         shared = (int)code;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Bcast(&shared, 1, MPI_INT, 0, comm));
+  if (rank == 0) PetscCall(code);
+  PetscCheck(!shared, comm, (PetscErrorCode)shared, "Rank 0 could not %s", what);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,523 @@
+/*
+  run.c - the loop.
+
+  Time is t = n dt with a constant dt, n the step; the last step is the first at or after `end`. Rows, frames and
+  checkpoints fall on the first step at or after k x every, a function of n alone: nothing drifts, and a resumed run
+  falls on the same steps as an uninterrupted one. What the wall clock decides (progress, checkpoints every 5 minutes,
+  Ctrl-C) reads the state and never changes it, nor anything a later checkpoint would hold.
+
+  The final checkpoint is written before the final row and frame when those fall between two scheduled ones. So a run
+  resumed with a later end drops them again, and ends in the same files as if it had run there at once.
+*/
+#include "run.h"
+#include "progress.h"
+#include <petsctime.h>
+#include <signal.h>
+#include <string.h>
+
+#define CHECK_STEPS      1000   /* at least so often the state is looked at */
+#define CHECKPOINT_CLOCK 300.   /* wall time between checkpoints when no simulated interval is given [s] */
+#define STEP_SLACK       1e-6   /* of a step: an instant this little before a step is that step, so round-off adds none */
+#define POLL_SECONDS     0.05   /* ranks agree on the clock and Ctrl-C about so often */
+#define GROWTH_BOUND     100.   /* stored energy over all ever put in: stable central differences stay below 1/(1 - safety^2) */
+
+typedef struct {
+  MPI_Comm          comm;
+  PetscMPIInt       rank, size;
+  const Stepper    *stepper;
+  const RunOptions *options;
+  Output            output;
+  RunSummary       *sum;
+  Progress          progress;
+  PetscInt          n, last;          /* step, last step */
+  PetscBool         resumed;          /* the state at n came from a checkpoint: its outputs are written */
+  PetscReal         initial, work_in; /* kept for every ledger [J] */
+  PetscReal         unbalanced;       /* latest; -1 when the model has none */
+  PetscInt          checkpoint_step;  /* of the last good one, -1 before any */
+  char              checkpoint[BASE_LINE];
+  PetscLogDouble    checkpoint_clock;
+  PetscInt          poll_every, next_poll;
+  PetscReal        *row; /* [2 + n_history + LEDGER_TERMS + 1] */
+} Run;
+
+/* ---- signals: the first asks for a checkpoint, the second kills ---- */
+
+static volatile sig_atomic_t stop_asked;
+
+static void AskToStop(int number)
+{
+  stop_asked = 1;
+  signal(SIGINT, SIG_DFL);
+  signal(SIGTERM, SIG_DFL);
+}
+
+static void WatchSignals(struct sigaction old[2])
+{
+  struct sigaction watch;
+
+  memset(&watch, 0, sizeof(watch));
+  watch.sa_handler = AskToStop;
+  watch.sa_flags   = SA_RESTART; /* a write under way goes on */
+  stop_asked       = 0;
+  sigaction(SIGINT, &watch, &old[0]);
+  sigaction(SIGTERM, &watch, &old[1]);
+}
+
+static void UnwatchSignals(const struct sigaction old[2])
+{
+  sigaction(SIGINT, &old[0], NULL);
+  sigaction(SIGTERM, &old[1], NULL);
+}
+
+/* ---- the schedule ---- */
+
+/* First step at or after k x every. */
+static PetscReal StepOf(PetscReal k, PetscReal every, PetscReal dt)
+{
+  return PetscCeilReal(k * (every / dt) - STEP_SLACK);
+}
+
+/* Is n the first step at or after some k x every? Step 0 always is; every = 0 is never after that. */
+static PetscBool IsDue(PetscInt n, PetscReal every, PetscReal dt)
+{
+  PetscReal k;
+
+  if (n == 0) return PETSC_TRUE;
+  if (every <= 0) return PETSC_FALSE;
+  if (every <= dt) return PETSC_TRUE;
+  k = PetscFloorReal(n * (dt / every)); /* near enough; the neighbours settle it */
+  for (PetscReal j = k - 1; j <= k + 1; j++)
+    if (j > 0 && StepOf(j, every, dt) == (PetscReal)n) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+static PetscErrorCode ChooseStep(Run *run)
+{
+  const RunOptions *o = run->options;
+  RunSummary       *s = run->sum;
+
+  PetscFunctionBegin;
+  s->stable_dt = PETSC_MAX_REAL;
+  if (run->stepper->stable_step) PetscCall(run->stepper->stable_step(run->stepper->ctx, &s->stable_dt));
+  PetscCallMPI(MPI_Bcast(&s->stable_dt, 1, MPIU_REAL, 0, run->comm));
+  PetscCheck(s->stable_dt > 0, run->comm, PETSC_ERR_FP, "The %s model allows a step of %g s; it must be positive", run->stepper->name, (double)s->stable_dt);
+  s->dt = o->step > 0 ? o->step : (o->safety > 0 ? o->safety : 0.9) * s->stable_dt;
+  BaseCheckInput(s->dt < 0.1 * PETSC_MAX_REAL, run->comm, "The %s model sets no time step of its own; give one (time.step)", run->stepper->name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CountSteps(Run *run)
+{
+  const PetscReal steps = StepOf(1, run->options->end, run->sum->dt);
+
+  PetscFunctionBegin;
+  BaseCheckInput(steps < PETSC_MAX_INT - 1, run->comm, "%g s in steps of %g s are %g steps, more than this build can count (%" PetscInt_FMT ")", (double)run->options->end,
+                 (double)run->sum->dt, (double)steps, PETSC_MAX_INT);
+  run->last = (PetscInt)steps;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- history ---- */
+
+static PetscErrorCode WriteHeader(Run *run)
+{
+  const Stepper *s = run->stepper;
+  const PetscInt n = s->n_history, all = 3 + n + LEDGER_TERMS;
+  const char   **name, **unit;
+  char           energy[LEDGER_TERMS][64];
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(all, &name, all, &unit));
+  name[0] = "time";
+  unit[0] = "s";
+  name[1] = "step";
+  unit[1] = "-";
+  for (PetscInt i = 0; i < n; i++) {
+    name[2 + i] = s->history_name[i];
+    unit[2 + i] = s->history_unit[i];
+  }
+  for (int term = 0; term < LEDGER_TERMS; term++) {
+    PetscCall(BaseFormat(energy[term], "energy.%s", LedgerNames[term]));
+    name[2 + n + term] = energy[term];
+    unit[2 + n + term] = "J";
+  }
+  name[all - 1] = "ledger_error";
+  unit[all - 1] = "-";
+  PetscCall(OutputHistoryHeader(run->output, all, name, unit));
+  PetscCall(PetscFree2(name, unit));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteRow(Run *run)
+{
+  const PetscInt n   = run->stepper->n_history;
+  RunSummary    *sum = run->sum;
+
+  PetscFunctionBegin;
+  run->row[0] = sum->time;
+  run->row[1] = (PetscReal)run->n;
+  for (PetscInt i = 0; i < n; i++) PetscCall(run->stepper->history(run->stepper->ctx, i, &run->row[2 + i]));
+  PetscCallMPI(MPI_Bcast(run->row + 2, (int)n, MPIU_REAL, 0, run->comm));
+  for (PetscInt i = 0; i < n; i++) {
+    sum->lowest[i]  = PetscMin(sum->lowest[i], run->row[2 + i]);
+    sum->highest[i] = PetscMax(sum->highest[i], run->row[2 + i]);
+  }
+  for (int term = 0; term < LEDGER_TERMS; term++) run->row[2 + n + term] = sum->ledger.energy[term];
+  run->row[2 + n + LEDGER_TERMS] = LedgerError(&sum->ledger);
+  PetscCall(OutputHistoryRow(run->output, 3 + n + LEDGER_TERMS, run->row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Write(Run *run, PetscBool row, PetscBool frame)
+{
+  PetscLogDouble start, end;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&start));
+  if (row) PetscCall(WriteRow(run));
+  if (frame && run->stepper->write) {
+    PetscCall(OutputFrameBegin(run->output, run->sum->time, run->n));
+    PetscCall(run->stepper->write(run->stepper->ctx, run->output));
+    PetscCall(OutputFrameEnd(run->output));
+  }
+  PetscCall(PetscTime(&end));
+  run->sum->seconds_output += end - start;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- is the state sound? ---- */
+
+static void LastGood(const Run *run, char *text, size_t size)
+{
+  if (run->checkpoint_step < 0) snprintf(text, size, "no checkpoint was written yet");
+  else snprintf(text, size, "last good checkpoint: %s (step %lld)", run->checkpoint, (long long)run->checkpoint_step);
+}
+
+/* Energies, their balance and the unbalanced ratio of the present state. scheduled: this look happens at the same step
+   in every run, so it may leave a trace in the worst error. */
+static PetscErrorCode CheckState(Run *run, PetscBool scheduled)
+{
+  RunSummary      *sum = run->sum;
+  const PetscReal *e   = sum->ledger.energy;
+  const PetscReal  bound = run->options->ledger_bound > 0 ? run->options->ledger_bound : 0.05;
+  PetscReal        given, stored, error;
+  PetscInt         bad = -1;
+  char             good[BASE_LINE + 128];
+
+  PetscFunctionBegin;
+  memset(&sum->ledger, 0, sizeof(sum->ledger));
+  PetscCall(run->stepper->energy(run->stepper->ctx, &sum->ledger));
+  PetscCallMPI(MPI_Bcast(&sum->ledger, sizeof(sum->ledger), MPI_BYTE, 0, run->comm)); /* one verdict on all ranks */
+  if (run->n == 0) run->initial = e[LEDGER_KINETIC] + e[LEDGER_STRAIN] + e[LEDGER_COUPLING] + e[LEDGER_CONTACT];
+  sum->ledger.initial = run->initial;
+  sum->ledger.work_in = PetscMax(sum->ledger.work_in, run->work_in);
+  run->unbalanced     = -1;
+  if (run->stepper->unbalanced) {
+    PetscCall(run->stepper->unbalanced(run->stepper->ctx, &run->unbalanced));
+    PetscCallMPI(MPI_Bcast(&run->unbalanced, 1, MPIU_REAL, 0, run->comm));
+  }
+
+  LastGood(run, good, sizeof(good));
+  for (PetscInt term = LEDGER_TERMS - 1; term >= 0; term--)
+    if (PetscIsInfOrNanReal(e[term])) bad = term;
+  PetscCheck(bad < 0, run->comm, PETSC_ERR_FP, "The %s energy is %g at step %" PetscInt_FMT ", t = %g s: the state is lost (step of %g s, stable step %g s); %s", LedgerNames[bad],
+             (double)e[bad], run->n, (double)sum->time, (double)sum->dt, (double)sum->stable_dt, good);
+  PetscCheck(!PetscIsInfOrNanReal(run->unbalanced) && !PetscIsInfOrNanReal(sum->ledger.work_in), run->comm, PETSC_ERR_FP,
+             "The %s is not finite at step %" PetscInt_FMT ", t = %g s: the state is lost; %s", PetscIsInfOrNanReal(run->unbalanced) ? "unbalanced force" : "external work", run->n,
+             (double)sum->time, good);
+
+  given  = sum->ledger.work_in + PetscAbsReal(run->initial) + 1e-12 * PetscAbsReal(sum->ledger.scale);
+  stored = PetscMax(PetscAbsReal(e[LEDGER_KINETIC]), PetscAbsReal(e[LEDGER_STRAIN]));
+  error  = LedgerError(&sum->ledger);
+  PetscCheck(error <= bound && stored <= GROWTH_BOUND * given, run->comm, PETSC_ERR_NOT_CONVERGED,
+             "Energy balance lost at step %" PetscInt_FMT ", t = %g s: ledger error %.3g, bound %g; kinetic %g J, strain %g J, put in %g J (step of %g s, stable step %g s); %s", run->n,
+             (double)sum->time, (double)error, (double)bound, (double)e[LEDGER_KINETIC], (double)e[LEDGER_STRAIN], (double)given, (double)sum->dt, (double)sum->stable_dt, good);
+  if (scheduled) {
+    run->work_in            = sum->ledger.work_in;
+    sum->worst_ledger_error = PetscMax(sum->worst_ledger_error, error);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- checkpoints ---- */
+
+static PetscErrorCode SaveAll(Run *run, Checkpoint c)
+{
+  const RunSummary *s       = run->sum;
+  const PetscReal   kept[5] = {s->dt, s->stable_dt, run->initial, run->work_in, s->worst_ledger_error};
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointWriteString(c, "run/stamp", run->options->stamp ? run->options->stamp : ""));
+  PetscCall(CheckpointWriteString(c, "run/model", run->stepper->name));
+  PetscCall(CheckpointWriteInt(c, "run/step", 1, &run->n));
+  PetscCall(CheckpointWriteReal(c, "run/time", 1, &s->time));
+  PetscCall(CheckpointWriteReal(c, "run/kept", 5, kept));
+  PetscCall(CheckpointWriteReal(c, "run/lowest", s->n_history, s->lowest));
+  PetscCall(CheckpointWriteReal(c, "run/highest", s->n_history, s->highest));
+  PetscCall(run->stepper->save(run->stepper->ctx, c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of a state that CheckState() found sound. */
+static PetscErrorCode Save(Run *run)
+{
+  Checkpoint     c;
+  PetscLogDouble start, end;
+  PetscErrorCode code;
+
+  PetscFunctionBegin;
+  if (!run->stepper->save || run->checkpoint_step == run->n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscTime(&start));
+  PetscCall(CheckpointCreate(run->comm, run->checkpoint, &c));
+  code = SaveAll(run, c);
+  if (code) (void)CheckpointAbandon(&c);
+  PetscCall(code);
+  PetscCall(CheckpointClose(&c));
+  run->checkpoint_step = run->n;
+  PetscCall(PetscTime(&end));
+  run->checkpoint_clock = end;
+  run->sum->seconds_checkpoint += end - start;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Says where two texts part: the first line that differs. */
+static PetscErrorCode CheckStamp(Run *run, const char *saved)
+{
+  const char *now = run->options->stamp ? run->options->stamp : "";
+  size_t      k = 0, line = 0;
+
+  PetscFunctionBegin;
+  if (!strcmp(saved, now)) PetscFunctionReturn(PETSC_SUCCESS);
+  for (; saved[k] && saved[k] == now[k]; k++)
+    if (saved[k] == '\n') line = k + 1;
+  SETERRQ(run->comm, PETSC_ERR_USER_INPUT, "The checkpoint '%s' belongs to another scene: it has '%.*s' where this one has '%.*s'; run without resuming, or in another directory",
+          run->checkpoint, (int)PetscMin(strcspn(saved + line, "\n"), 200), saved + line, (int)PetscMin(strcspn(now + line, "\n"), 200), now + line);
+}
+
+static PetscErrorCode LoadAll(Run *run, Checkpoint c)
+{
+  RunSummary *s = run->sum;
+  PetscReal   kept[5];
+  char       *text;
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointReadText(c, "run/stamp", &text));
+  PetscCall(CheckStamp(run, text));
+  PetscCall(PetscFree(text));
+  PetscCall(CheckpointReadText(c, "run/model", &text));
+  BaseCheckInput(!strcmp(text, run->stepper->name), run->comm, "The checkpoint '%s' holds a %s model, this run is a %s one", run->checkpoint, text, run->stepper->name);
+  PetscCall(PetscFree(text));
+  PetscCall(CheckpointReadInt(c, "run/step", 1, &run->n));
+  PetscCall(CheckpointReadReal(c, "run/kept", 5, kept));
+  PetscCall(CheckpointReadReal(c, "run/lowest", s->n_history, s->lowest));
+  PetscCall(CheckpointReadReal(c, "run/highest", s->n_history, s->highest));
+  PetscCall(run->stepper->load(run->stepper->ctx, c));
+  s->dt                 = kept[0];
+  s->stable_dt          = kept[1];
+  run->initial          = kept[2];
+  run->work_in          = kept[3];
+  s->worst_ledger_error = kept[4];
+  BaseCheckInput(run->n >= 0 && s->dt > 0, run->comm, "The checkpoint '%s' is damaged: step %" PetscInt_FMT ", time step %g s", run->checkpoint, run->n, (double)s->dt);
+  BaseCheckInput(!(run->options->step > 0) || PetscAbsReal(run->options->step - s->dt) <= 1e-12 * s->dt, run->comm,
+                 "The checkpoint '%s' was made with a step of %g s, not %g s; the step stays the same from start to end", run->checkpoint, (double)s->dt, (double)run->options->step);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Load(Run *run)
+{
+  Checkpoint     c;
+  PetscErrorCode code;
+
+  PetscFunctionBegin;
+  BaseCheckInput(run->stepper->load, run->comm, "The %s model cannot go on from a checkpoint; run without resuming", run->stepper->name);
+  PetscCall(CheckpointOpen(run->comm, run->checkpoint, &c));
+  code = LoadAll(run, c);
+  (void)CheckpointAbandon(&c);
+  PetscCall(code);
+  run->resumed         = PETSC_TRUE;
+  run->checkpoint_step = run->n;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Drop what an interrupted run wrote after the checkpoint, and a final row or frame that this run would not write. */
+static PetscErrorCode DropLater(Run *run)
+{
+  const PetscReal dt = run->sum->dt, here = run->n * dt, before = (run->n - 1) * dt;
+
+  PetscFunctionBegin;
+  PetscCall(OutputTruncateHistory(run->output, IsDue(run->n, run->options->history_every, dt) ? here : before));
+  PetscCall(OutputTruncateFrames(run->output, IsDue(run->n, run->options->frame_every, dt) ? here : before));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the clock and Ctrl-C, agreed by all ranks ---- */
+
+typedef enum { POLL_STOP, POLL_PROGRESS, POLL_CHECKPOINT, POLL_EVERY, POLL_ITEMS } PollItem;
+
+static PetscErrorCode Poll(Run *run, PetscInt here, PetscBool asked[POLL_ITEMS])
+{
+  PetscLogDouble now;
+  int            mine[POLL_ITEMS] = {0}, all[POLL_ITEMS];
+
+  PetscFunctionBegin;
+  memset(asked, 0, sizeof(PetscBool) * POLL_ITEMS);
+  if (run->n < run->next_poll) PetscFunctionReturn(PETSC_SUCCESS);
+  mine[POLL_STOP] = stop_asked != 0;
+  if (run->rank == 0) {
+    PetscCall(PetscTime(&now));
+    mine[POLL_PROGRESS]   = ProgressDue(&run->progress, now);
+    mine[POLL_CHECKPOINT] = run->options->checkpoint_every <= 0 && now - run->checkpoint_clock >= CHECKPOINT_CLOCK;
+    mine[POLL_EVERY]      = (int)PetscMin(1000., 1. + POLL_SECONDS * here / PetscMax(now - run->progress.started, 1e-9));
+  }
+  if (run->size > 1) PetscCallMPI(MPI_Allreduce(mine, all, POLL_ITEMS, MPI_INT, MPI_MAX, run->comm));
+  else memcpy(all, mine, sizeof(all));
+  for (int k = 0; k < POLL_ITEMS; k++) asked[k] = (PetscBool)(all[k] != 0);
+  run->next_poll = run->n + (run->size > 1 ? all[POLL_EVERY] : 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void Show(Run *run)
+{
+  const RunSummary   *s     = run->sum;
+  const ProgressState state = {.step = run->n, .steps = run->last, .time = s->time, .elements = run->stepper->elements, .unbalanced = run->unbalanced, .ledger = s->ledger};
+  PetscLogDouble      now;
+
+  PetscTime(&now);
+  if (run->rank == 0 && run->progress.on) ProgressShow(&run->progress, &state, now);
+}
+
+/* ---- the loop ---- */
+
+/* What falls due at step n: look at the state, then row, frame, checkpoint. ends: the run finishes here. */
+static PetscErrorCode Deliver(Run *run, PetscBool *ends)
+{
+  const RunOptions *o     = run->options;
+  RunSummary       *sum   = run->sum;
+  const PetscReal   dt    = sum->dt;
+  const PetscBool   row   = IsDue(run->n, o->history_every, dt), frame = IsDue(run->n, o->frame_every, dt);
+  const PetscBool   save  = (PetscBool)(o->checkpoint_every > 0 && run->n > 0 && IsDue(run->n, o->checkpoint_every, dt));
+  const PetscBool   last  = (PetscBool)(run->n >= run->last);
+  PetscBool         quiet = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  *ends = PETSC_FALSE;
+  if (!row && !frame && !save && !last && run->n % CHECK_STEPS) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CheckState(run, PETSC_TRUE));
+  quiet = (PetscBool)(o->unbalanced_stop > 0 && run->n > 0 && run->unbalanced >= 0 && run->unbalanced < o->unbalanced_stop);
+  *ends = (PetscBool)(last || quiet);
+  if (!run->resumed) PetscCall(Write(run, row, frame));
+  if (save || *ends) PetscCall(Save(run));
+  if (*ends) {
+    PetscCall(Write(run, (PetscBool)!row, (PetscBool)!frame));
+    sum->end = last ? RUN_DONE : RUN_QUIET_STATE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One step; a model that fails has said why, the loop adds where and what is left. */
+static PetscErrorCode Advance(Run *run)
+{
+  PetscErrorCode code;
+
+  PetscFunctionBegin;
+  code = run->stepper->step(run->stepper->ctx, run->n * run->sum->dt, run->sum->dt);
+  if (code) {
+    char good[BASE_LINE + 128];
+
+    LastGood(run, good, sizeof(good));
+    if (!run->options->quiet && run->rank == 0) fprintf(stderr, "cleave: stopped in step %lld, t = %g s; %s\n", (long long)run->n + 1, (double)run->sum->time, good);
+  }
+  PetscCall(code);
+  run->n++;
+  run->resumed    = PETSC_FALSE;
+  run->sum->steps = run->n;
+  run->sum->steps_here++;
+  run->sum->time = run->n * run->sum->dt;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Loop(Run *run)
+{
+  const PetscInt most = run->options->max_steps;
+  RunSummary    *sum  = run->sum;
+
+  PetscFunctionBegin;
+  for (;;) {
+    PetscBool ends, asked[POLL_ITEMS];
+
+    PetscCall(Deliver(run, &ends));
+    if (ends) break;
+    PetscCall(Poll(run, sum->steps_here, asked));
+    if (most > 0 && sum->steps_here >= most) asked[POLL_STOP] = PETSC_TRUE;
+    if (asked[POLL_STOP] || asked[POLL_PROGRESS] || asked[POLL_CHECKPOINT]) PetscCall(CheckState(run, PETSC_FALSE));
+    if (asked[POLL_PROGRESS]) Show(run);
+    if (asked[POLL_STOP] || asked[POLL_CHECKPOINT]) PetscCall(Save(run));
+    if (asked[POLL_STOP]) {
+      sum->end = RUN_INTERRUPTED;
+      break;
+    }
+    PetscCall(Advance(run));
+  }
+  if (sum->steps_here > 0) Show(run);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Start(Run *run)
+{
+  PetscFunctionBegin;
+  run->checkpoint_step = -1;
+  PetscCall(BaseFormat(run->checkpoint, "%s/checkpoint.h5", OutputDirectory(run->output)));
+  if (run->options->resume) {
+    PetscCall(Load(run));
+    PetscCall(DropLater(run));
+  } else PetscCall(ChooseStep(run));
+  PetscCall(CountSteps(run));
+  run->sum->steps = run->n;
+  run->sum->time  = run->n * run->sum->dt;
+  PetscCall(WriteHeader(run));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RunLoop(MPI_Comm comm, const Stepper *stepper, const RunOptions *options, Output output, RunSummary *summary)
+{
+  Run              run = {.comm = comm, .stepper = stepper, .options = options, .output = output, .sum = summary};
+  struct sigaction old[2];
+  PetscLogDouble   start, end;
+  PetscErrorCode   code;
+
+  PetscFunctionBegin;
+  BaseCheckInput(options->end > 0 && !PetscIsInfOrNanReal(options->end), comm, "The end of the run, %g s, must be positive (time.end)", (double)options->end);
+  BaseCheckInput(options->step >= 0 && options->history_every >= 0 && options->frame_every >= 0 && options->checkpoint_every >= 0, comm,
+                 "A time step or an interval of output is negative; it must be positive, or 0 for the default");
+  memset(summary, 0, sizeof(*summary));
+  PetscCallMPI(MPI_Comm_rank(comm, &run.rank));
+  PetscCallMPI(MPI_Comm_size(comm, &run.size));
+  summary->n_history = stepper->n_history;
+  PetscCall(PetscMalloc2(stepper->n_history, &summary->lowest, stepper->n_history, &summary->highest));
+  for (PetscInt i = 0; i < stepper->n_history; i++) {
+    summary->lowest[i]  = PETSC_MAX_REAL;
+    summary->highest[i] = PETSC_MIN_REAL;
+  }
+  PetscCall(PetscMalloc1(3 + stepper->n_history + LEDGER_TERMS, &run.row));
+  WatchSignals(old);
+  code = Start(&run);
+  PetscCall(PetscTime(&start));
+  run.checkpoint_clock = start;
+  run.next_poll        = run.n;
+  ProgressBegin(&run.progress, (PetscBool)!options->quiet, run.n);
+  if (!code) code = Loop(&run);
+  PetscCall(PetscTime(&end));
+  ProgressEnd(&run.progress);
+  UnwatchSignals(old);
+  summary->seconds_step = (end - start) - summary->seconds_output - summary->seconds_checkpoint;
+  PetscCall(PetscFree(run.row));
+  PetscCall(code);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode RunSummaryDestroy(RunSummary *summary)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree2(summary->lowest, summary->highest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
