@@ -1,0 +1,177 @@
+/*
+  app.h - what the files of the program share.
+
+  The way of a run: AppOptions (the command line) -> Scene -> AppCase (geometry read, groups and rules checked)
+  -> models (AppCaseBuild) -> RunLoop -> summary.json. `check` stops before the models.
+*/
+#pragma once
+#include "dem.h"
+#include "fem.h"
+#include "json.h"
+#include "scene.h"
+
+typedef struct {
+  const char  *command;
+  PetscInt     n_words;
+  const char **word;   /* [n_words] what is not an option: the scene, a kind, a directory */
+  const char  *output; /* NULL: results/NAME below the caller */
+  PetscInt     threads, stop_after; /* 0: not given */
+  PetscInt     n_set;
+  const char **set; /* [n_set] "path=value" */
+  PetscBool    resume, quiet;
+  int          n_petsc;
+  char       **petsc; /* [n_petsc + 1] program name and what follows "--" */
+} AppOptions;
+
+/* No PETSC in here: options are read before it starts. Returns 0, or 2 after saying on stderr what is wrong. */
+int  AppOptionsRead(int argc, char **argv, AppOptions *options);
+void AppOptionsFree(AppOptions *options);
+
+/* Wall time by phase, in the order the phases began. */
+#define APP_PHASES 16
+typedef struct {
+  PetscInt       n;
+  const char    *name[APP_PHASES];
+  PetscLogDouble seconds[APP_PHASES], began;
+} AppClock;
+PetscErrorCode AppClockBegin(AppClock *clock, const char *phase);
+PetscErrorCode AppClockEnd(AppClock *clock);
+void           AppClockAdd(AppClock *clock, const char *phase, PetscLogDouble seconds);
+
+/* A named part of a body that conditions and history may speak of. */
+typedef struct {
+  char     name[128];
+  PetscInt dim; /* of its cells; a face of a DEM body is dim - 1, a tool -1 */
+} AppGroup;
+
+typedef enum { APP_FIX, APP_TRACTION, APP_PRESSURE, APP_GRAVITY } AppLoadKind;
+
+/* One thing a condition asks for, with the scene path to point at when it is refused. */
+typedef struct {
+  AppLoadKind kind;
+  char        path[256];
+  char        group[128];
+  PetscInt    component;  /* of APP_FIX, APP_TRACTION */
+  PetscBool   velocity;   /* APP_FIX: the table is a velocity [m/s], not a displacement [m] */
+  PetscReal   gravity[3]; /* [m/s2] */
+  Table       table;      /* m, m/s or Pa; owned */
+} AppLoad;
+
+typedef struct {
+  char path[256], quantity[64], group[128];
+} AppQuantity;
+
+/* A part of the one body: a material on a group ("" = all of it). Several only for finite elements on one mesh. */
+typedef struct {
+  const char *name;  /* in the scene's bodies; borrowed from the scene */
+  const char *group, *material;
+  PetscReal   density, young, poisson; /* SI */
+  PetscReal   local_damping;
+} AppPart;
+
+typedef enum { APP_FEM, APP_DEM } AppMethod;
+enum { APP_PARTS = 64 };
+
+/* Everything built for a scene; only what its method needs is ever made. */
+typedef struct {
+  MPI_Comm    comm;
+  PetscMPIInt rank, size;
+  Scene       scene;
+  AppClock    clock;
+
+  PetscInt    dim;
+  PetscBool   plane_stress, is_static;
+  PetscReal   thickness; /* [m], 2D */
+  AppMethod   method;
+  PetscInt    n_parts;
+  AppPart     part[APP_PARTS];
+
+  PetscInt    n_groups;
+  AppGroup   *group;
+  PetscInt    n_loads;
+  AppLoad    *load;
+  PetscInt    n_quantities;
+  AppQuantity *quantity;
+  PetscInt     n_tools;
+
+  Mesh        mesh; /* fem; on rank 0 */
+  PetscInt    mesh_nodes, mesh_cells;
+  PetscReal   mesh_step; /* [s] c_p crossing of the smallest cell, for estimates */
+  DemBody     body;      /* dem */
+  DemPacking  packing;
+  DemCells    cells;
+  FemModel    fem;
+  DemModel    dem;
+  Stepper     stepper;
+
+  PetscInt made_bodies, made_packings, made_cells, made_dem, made_fem; /* counts of what was constructed */
+} AppCase;
+
+/* Geometry and rules: everything `check` wants, no model. Errors are PETSC_ERR_USER_INPUT at a place in the scene. */
+PetscErrorCode AppCaseRead(MPI_Comm comm, const AppOptions *options, AppCase *c);
+PetscErrorCode AppCaseBuild(AppCase *c, PetscInt threads);
+PetscErrorCode AppCasePack(AppCase *c); /* body -> packing */
+PetscErrorCode AppCaseDestroy(AppCase *c);
+
+PetscErrorCode AppGeometryRead(AppCase *c);   /* parts, mesh or body, groups */
+PetscErrorCode AppConditionsRead(AppCase *c); /* loads and history quantities, checked against the groups */
+PetscErrorCode AppConditionsApply(AppCase *c);
+
+/* Threads to use: those asked for, else the cores this process may use, shared among the ranks of the machine. */
+PetscErrorCode AppThreads(MPI_Comm comm, PetscInt asked, PetscInt *threads);
+
+/* results/NAME below the caller, NAME the scene's folder when the file is scene.yaml, else the file's own. */
+PetscErrorCode AppOutputDirectory(const AppOptions *options, size_t size, char directory[]);
+/* What a checkpoint depends on: the resolved scene without title, end and output. Caller frees. */
+PetscErrorCode AppStamp(AppCase *c, char **stamp);
+
+/* An error a library raised about the scene's own data becomes an error at the scene's place. */
+#define AppCallAt(scene, path, call) \
+  do { \
+    BaseErrorClear(); \
+    BaseErrorQuiet(PETSC_TRUE); \
+    const PetscErrorCode code_ = (call); \
+    BaseErrorQuiet(PETSC_FALSE); \
+    if (PetscUnlikely(code_)) PetscCall(AppErrorAt(scene, path, code_)); \
+  } while (0)
+PetscErrorCode AppErrorAt(Scene scene, const char *path, PetscErrorCode code);
+
+/* What a run is going to do. */
+typedef struct {
+  PetscBool built;     /* from the models; otherwise estimates */
+  char      sets[256]; /* what sets the step */
+  PetscReal nodes, elements, dofs, particles, bonds, walls;
+  PetscReal bytes;       /* memory */
+  PetscReal dt, critical; /* [s]; critical 0 when not computed, dt 0 for static */
+  PetscReal steps, seconds;
+  PetscInt  threads;
+} AppPlan;
+PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan);
+PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan); /* refuses a given step above the critical one */
+PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *plan, FILE *out);
+PetscErrorCode AppPlanJson(AppCase *c, const AppPlan *plan, Json *json);
+
+/* Objects of every PETSc class made so far on this rank, from PETSc's own log, and our own. */
+PetscErrorCode AppCountsJson(AppCase *c, Json *json);
+PetscErrorCode AppCountsPrint(AppCase *c, FILE *out);
+
+typedef struct {
+  const char *state; /* running, done, interrupted, stopped, failed */
+  int         exit_code;
+  char        message[BASE_LINE];
+  PetscInt    n_warnings;
+  char        warning[8][512];
+} AppEnd;
+PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary *run, const AppEnd *end, const char *directory);
+PetscErrorCode AppVersionsJson(Json *json);
+void           AppVersionPrint(FILE *out);
+
+/* The commands; the value is the exit code. */
+PetscErrorCode AppRun(const AppOptions *options, int *exit_code);
+PetscErrorCode AppCheck(const AppOptions *options, int *exit_code);
+PetscErrorCode AppPack(const AppOptions *options, int *exit_code);
+PetscErrorCode AppInfo(const AppOptions *options, int *exit_code);
+PetscErrorCode AppNew(const AppOptions *options, int *exit_code);
+
+/* Run Python on one of our scripts; *ran is false, with a word on stderr, when that is impossible. Rank 0 only. */
+PetscErrorCode AppPython(const char *script, const char *argument, PetscBool *ran);

@@ -1,0 +1,173 @@
+/* build.c - from the scene to the models: geometry, packing, cells, the one model the scene names. */
+#include "app.h"
+#include <string.h>
+
+PetscErrorCode AppCaseRead(MPI_Comm comm, const AppOptions *options, AppCase *c)
+{
+  const char *word;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(c, sizeof(*c)));
+  c->comm = comm;
+  PetscCallMPI(MPI_Comm_rank(comm, &c->rank));
+  PetscCallMPI(MPI_Comm_size(comm, &c->size));
+  BaseCheckInput(options->n_words == 1, comm, "cleave %s takes one scene, not %d: cleave %s SCENE", options->command, (int)options->n_words, options->command);
+  PetscCall(AppClockBegin(&c->clock, "scene"));
+  PetscCall(SceneRead(comm, options->word[0], options->n_set, options->set, &c->scene));
+  PetscCall(SceneGetInt(c->scene, "dimension", &c->dim));
+  c->thickness = 1;
+  if (c->dim == 2) {
+    PetscCall(SceneGetString(c->scene, "plane", &word));
+    c->plane_stress = strcmp(word, "stress") ? PETSC_FALSE : PETSC_TRUE;
+    PetscCall(SceneGetReal(c->scene, "thickness", &c->thickness));
+  }
+  PetscCall(SceneGetString(c->scene, "time.method", &word));
+  c->is_static = strcmp(word, "static") ? PETSC_FALSE : PETSC_TRUE;
+  PetscCall(AppClockEnd(&c->clock));
+  PetscCall(AppClockBegin(&c->clock, "geometry"));
+  PetscCall(AppGeometryRead(c));
+  PetscCall(AppConditionsRead(c));
+  PetscCall(AppClockEnd(&c->clock));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode InitialVelocity(AppCase *c, PetscReal velocity[3], char path[256])
+{
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(velocity, 3));
+  PetscCall(PetscSNPrintf(path, 256, "bodies.%s.initial_velocity", c->part[0].name));
+  if (!c->is_static) PetscCall(SceneGetVector(c->scene, path, c->dim, velocity));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode BuildFem(AppCase *c, PetscInt threads)
+{
+  PetscReal velocity[3];
+  char      path[256];
+
+  PetscFunctionBegin;
+  PetscCall(AppClockBegin(&c->clock, "fem set-up"));
+  PetscCall(FemModelCreate(c->comm, &c->fem));
+  c->made_fem++;
+  PetscCall(FemModelSetKind(c->fem, c->dim == 3 ? FEM_SOLID : c->plane_stress ? FEM_PLANE_STRESS : FEM_PLANE_STRAIN, c->thickness));
+  PetscCall(FemModelSetMethod(c->fem, c->is_static ? FEM_STATIC : FEM_EXPLICIT));
+  PetscCall(FemModelSetThreads(c->fem, threads));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.geometry", c->part[0].name));
+  AppCallAt(c->scene, path, FemModelSetMesh(c->fem, &c->mesh));
+  PetscCall(MeshDestroy(&c->mesh));
+  for (PetscInt p = 0; p < c->n_parts; p++) {
+    const AppPart    *part     = &c->part[p];
+    const FemMaterial material = {part->density, part->young, part->poisson};
+
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.material", part->name));
+    AppCallAt(c->scene, path, FemModelAddMaterial(c->fem, part->group, &material));
+  }
+  PetscCall(InitialVelocity(c, velocity, path));
+  AppCallAt(c->scene, path, FemModelSetInitialVelocity(c->fem, velocity));
+  PetscCall(AppConditionsApply(c));
+  AppCallAt(c->scene, "bodies", FemModelSetUp(c->fem));
+  PetscCall(FemModelGetStepper(c->fem, &c->stepper));
+  PetscCall(AppClockEnd(&c->clock));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AppCasePack(AppCase *c)
+{
+  const char       *body    = c->part[0].name;
+  DemPackingOptions options = {0};
+  char              path[256];
+  PetscBool         has;
+
+  PetscFunctionBegin;
+  PetscCall(AppClockBegin(&c->clock, "packing"));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.file", body));
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (has) {
+    const char *name;
+    char        file[PETSC_MAX_PATH_LEN];
+
+    PetscCall(SceneGetString(c->scene, path, &name));
+    PetscCall(SceneFilePath(c->scene, name, sizeof(file), file));
+    AppCallAt(c->scene, path, DemPackingRead(file, &c->body, &c->packing));
+  } else {
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.radius", body));
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (has) PetscCall(SceneGetReal(c->scene, path, &options.radius));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.count", body));
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (has) PetscCall(SceneGetInt(c->scene, path, &options.count));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.spread", body));
+    PetscCall(SceneGetReal(c->scene, path, &options.spread));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.seed", body));
+    PetscCall(SceneGetInt(c->scene, path, &options.seed));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", body));
+    AppCallAt(c->scene, path, DemPackingCreate(&c->body, &options, &c->packing));
+  }
+  c->made_packings++;
+  PetscCall(AppClockEnd(&c->clock));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
+{
+  const AppPart    *part     = &c->part[0];
+  const DemMaterial material = {part->density, part->young, part->poisson};
+  PetscReal         velocity[3];
+  PetscBool         bonded;
+  char              path[256];
+
+  PetscFunctionBegin;
+  PetscCall(AppCasePack(c));
+  PetscCall(AppClockBegin(&c->clock, "cells"));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
+  AppCallAt(c->scene, path, DemCellsCreate(&c->body, &c->packing, &c->cells));
+  c->made_cells++;
+  PetscCall(AppClockEnd(&c->clock));
+  PetscCall(AppClockBegin(&c->clock, "dem set-up"));
+  PetscCall(DemModelCreate(c->comm, &c->dem));
+  c->made_dem++;
+  PetscCall(DemModelSetKind(c->dem, c->dim == 3 ? DEM_SOLID : c->plane_stress ? DEM_PLANE_STRESS : DEM_PLANE_STRAIN));
+  PetscCall(DemModelSetThreads(c->dem, threads));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.material", part->name));
+  AppCallAt(c->scene, path, DemModelSetMaterial(c->dem, &material));
+  PetscCall(DemModelSetLocalDamping(c->dem, part->local_damping));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
+  AppCallAt(c->scene, path, DemModelSetBody(c->dem, &c->body, &c->packing, &c->cells));
+  PetscCall(DemCellsDestroy(&c->cells));
+  PetscCall(DemPackingDestroy(&c->packing));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.bonded", part->name));
+  PetscCall(SceneGetBool(c->scene, path, &bonded));
+  AppCallAt(c->scene, path, DemModelSetBonded(c->dem, bonded));
+  PetscCall(InitialVelocity(c, velocity, path));
+  PetscCall(DemModelSetInitialVelocity(c->dem, velocity));
+  PetscCall(AppConditionsApply(c));
+  AppCallAt(c->scene, "conditions", DemModelSetUp(c->dem));
+  PetscCall(DemModelGetStepper(c->dem, &c->stepper));
+  PetscCall(AppClockEnd(&c->clock));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AppCaseBuild(AppCase *c, PetscInt threads)
+{
+  PetscFunctionBegin;
+  if (c->method == APP_FEM) PetscCall(BuildFem(c, threads));
+  else PetscCall(BuildDem(c, threads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AppCaseDestroy(AppCase *c)
+{
+  PetscFunctionBegin;
+  if (c->fem) PetscCall(FemModelDestroy(&c->fem));
+  if (c->dem) PetscCall(DemModelDestroy(&c->dem));
+  PetscCall(DemCellsDestroy(&c->cells));
+  PetscCall(DemPackingDestroy(&c->packing));
+  PetscCall(DemBodyDestroy(&c->body));
+  PetscCall(MeshDestroy(&c->mesh));
+  for (PetscInt k = 0; k < c->n_loads; k++) PetscCall(TableDestroy(&c->load[k].table));
+  PetscCall(PetscFree(c->load));
+  PetscCall(PetscFree(c->quantity));
+  PetscCall(PetscFree(c->group));
+  if (c->scene) PetscCall(SceneDestroy(&c->scene));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

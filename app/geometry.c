@@ -1,0 +1,459 @@
+/*
+  geometry.c - the scene's bodies: which method, which materials, and the mesh or the convex pieces they fill.
+
+  One body per scene; with finite elements several bodies may be parts (physical groups) of one geometry file and then
+  share its mesh, a material each.
+*/
+#include "app.h"
+#include <string.h>
+
+#define Path(buffer, ...) PetscCall(PetscSNPrintf(buffer, sizeof(buffer), __VA_ARGS__))
+
+static PetscErrorCode Has(Scene scene, PetscBool *has, const char *format, const char *name)
+{
+  char path[256];
+
+  PetscFunctionBegin;
+  Path(path, format, name);
+  PetscCall(SceneHas(scene, path, has));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode GetString(Scene scene, const char **value, const char *format, const char *name)
+{
+  char path[256];
+
+  PetscFunctionBegin;
+  Path(path, format, name);
+  PetscCall(SceneGetString(scene, path, value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode GetReal(Scene scene, PetscReal *value, const char *format, const char *name)
+{
+  char path[256];
+
+  PetscFunctionBegin;
+  Path(path, format, name);
+  PetscCall(SceneGetReal(scene, path, value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- materials ------------------------------------------------------------------------------------------------- */
+
+static PetscErrorCode ReadMaterial(AppCase *c, AppPart *part)
+{
+  char        path[256], known[512] = "";
+  const char *names[64], *near;
+  PetscInt    n, found = -1;
+
+  PetscFunctionBegin;
+  PetscCall(GetString(c->scene, &part->material, "bodies.%s.material", part->name));
+  PetscCall(SceneGetSize(c->scene, "materials", &n));
+  n = PetscMin(n, 64);
+  for (PetscInt k = 0; k < n; k++) {
+    PetscCall(SceneGetEntry(c->scene, "materials", k, &names[k]));
+    if (!strcmp(names[k], part->material)) found = k;
+    PetscCall(PetscStrlcat(known, k ? ", " : "", sizeof(known)));
+    PetscCall(PetscStrlcat(known, names[k], sizeof(known)));
+  }
+  if (found < 0) {
+    Path(path, "bodies.%s.material", part->name);
+    near = BaseNearest(part->material, n, names);
+    if (near) PetscCall(SceneFail(c->scene, path, "no material '%s'; did you mean '%s'?", part->material, near));
+    PetscCall(SceneFail(c->scene, path, "no material '%s'; there is %s", part->material, n ? known : "none: add it under materials"));
+  }
+  PetscCall(GetReal(c->scene, &part->density, "materials.%s.density", part->material));
+  PetscCall(GetReal(c->scene, &part->young, "materials.%s.young", part->material));
+  PetscCall(GetReal(c->scene, &part->poisson, "materials.%s.poisson", part->material));
+  PetscCall(GetReal(c->scene, &part->local_damping, "materials.%s.local_damping", part->material));
+  if (c->method == APP_FEM && part->local_damping > 0) {
+    Path(path, "materials.%s.local_damping", part->material);
+    PetscCall(SceneFail(c->scene, path, "local damping belongs to particles; the body '%s' is made of finite elements", part->name));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- finite elements: a mesh ------------------------------------------------------------------------------------ */
+
+static PetscErrorCode CellType(AppCase *c, const char *body, MeshCellType *type)
+{
+  static const char *const words[] = {"tri", "quad", "tet", "hex"};
+  static const MeshCellType types[] = {MESH_TRI3, MESH_QUAD4, MESH_TET4, MESH_HEX8};
+  char                      path[256];
+  const char               *word;
+  PetscBool                 has;
+
+  PetscFunctionBegin;
+  *type = c->dim == 2 ? MESH_TRI3 : MESH_TET4;
+  Path(path, "bodies.%s.mesh.cells", body);
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (has) {
+    PetscCall(SceneGetString(c->scene, path, &word));
+    for (int k = 0; k < 4; k++)
+      if (!strcmp(word, words[k])) *type = types[k];
+    if (MeshCellDim(*type) != c->dim)
+      PetscCall(SceneFail(c->scene, path, "%s cells do not fill a scene of dimension %" PetscInt_FMT "; use %s", word, c->dim, c->dim == 2 ? "tri or quad" : "tet or hex"));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadBoxMesh(AppCase *c, const char *body)
+{
+  char         path[256];
+  PetscReal    low[3] = {0}, size[3] = {0}, h;
+  PetscInt     n[3] = {1, 1, 1}, order;
+  MeshCellType type;
+
+  PetscFunctionBegin;
+  PetscCall(CellType(c, body, &type));
+  Path(path, "bodies.%s.geometry.box.low", body);
+  PetscCall(SceneGetVector(c->scene, path, c->dim, low));
+  Path(path, "bodies.%s.geometry.box.size", body);
+  PetscCall(SceneGetVector(c->scene, path, c->dim, size));
+  for (PetscInt d = 0; d < c->dim; d++)
+    if (!(size[d] > 0)) PetscCall(SceneFail(c->scene, path, "a box %g m long along %c has no volume; every size must be positive", (double)size[d], (char)('x' + d)));
+  Path(path, "bodies.%s.mesh.order", body);
+  PetscCall(SceneGetInt(c->scene, path, &order));
+  if (order != 1) PetscCall(SceneFail(c->scene, path, "order 2 needs a geometry file (.geo); the built-in box has linear cells"));
+  Path(path, "bodies.%s.mesh.size", body);
+  PetscCall(SceneGetReal(c->scene, path, &h));
+  if (!(h > 0)) PetscCall(SceneFail(c->scene, path, "a mesh size of %g m cannot fill a box; it must be positive", (double)h));
+  for (PetscInt d = 0; d < c->dim; d++) {
+    const PetscReal cells = PetscCeilReal(size[d] / h * (1 - 1e-9));
+
+    if (cells > 1e6) PetscCall(SceneFail(c->scene, path, "a mesh size of %g m makes %g cells along %c", (double)h, (double)cells, (char)('x' + d)));
+    n[d] = PetscMax(1, (PetscInt)cells);
+  }
+  AppCallAt(c->scene, path, MeshCreateBox(c->comm, body, type, low, size, n, &c->mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The file named by bodies.NAME.geometry, meshed or read. */
+static PetscErrorCode ReadFileMesh(AppCase *c, const char *body, PetscInt order)
+{
+  char        path[256], file[PETSC_MAX_PATH_LEN];
+  const char *name;
+  MeshOptions options = {.dimension = c->dim, .order = order, .scale = 1};
+  PetscBool   has;
+
+  PetscFunctionBegin;
+  Path(path, "bodies.%s.geometry", body);
+  PetscCall(SceneGetString(c->scene, path, &name));
+  PetscCall(SceneFilePath(c->scene, name, sizeof(file), file));
+  PetscCall(GetReal(c->scene, &options.scale, "bodies.%s.length_unit", body));
+  PetscCall(Has(c->scene, &has, "bodies.%s.mesh.size", body));
+  if (has) PetscCall(GetReal(c->scene, &options.size, "bodies.%s.mesh.size", body));
+  if (c->method == APP_FEM) {
+    MeshCellType type;
+
+    PetscCall(CellType(c, body, &type));
+    options.quads = (type == MESH_QUAD4 || type == MESH_HEX8) ? PETSC_TRUE : PETSC_FALSE;
+  }
+  AppCallAt(c->scene, path, MeshRead(c->comm, file, &options, &c->mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Keep only the cells of the named top-dimension groups and what lies on them. Rank 0. */
+static PetscErrorCode KeepParts(AppCase *c, PetscBool keep_cell[], PetscBool keep_node[])
+{
+  Mesh     *m = &c->mesh;
+  PetscInt *new_node, *new_cell, cells = 0, nodes = 0, at = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(m->n_nodes, &new_node, m->n_cells, &new_cell));
+  for (PetscInt e = 0; e < m->n_cells; e++) {
+    if (MeshCellDim(m->type[e]) == m->dim || m->type[e] == 0) continue;
+    keep_cell[e] = PETSC_TRUE;
+    for (PetscInt k = m->start[e]; k < m->start[e + 1]; k++) keep_cell[e] = keep_cell[e] && keep_node[m->node[k]];
+  }
+  for (PetscInt v = 0; v < m->n_nodes; v++) {
+    new_node[v] = nodes;
+    if (!keep_node[v]) continue;
+    m->id[nodes] = m->id[v];
+    for (PetscInt d = 0; d < 3; d++) m->x[3 * nodes + d] = m->x[3 * v + d];
+    nodes++;
+  }
+  for (PetscInt e = 0; e < m->n_cells; e++) {
+    const PetscInt from = m->start[e], to = m->start[e + 1];
+
+    new_cell[e] = keep_cell[e] ? cells : -1;
+    if (!keep_cell[e]) continue;
+    m->type[cells]    = m->type[e];
+    m->cell_id[cells] = m->cell_id[e];
+    m->start[cells]   = at;
+    for (PetscInt k = from; k < to; k++) m->node[at++] = new_node[m->node[k]];
+    cells++;
+  }
+  m->start[cells] = at;
+  m->n_cells      = cells;
+  m->n_nodes      = nodes;
+  for (PetscInt g = 0; g < m->n_groups; g++) {
+    PetscInt n = 0;
+
+    for (PetscInt k = 0; k < m->group[g].n_cells; k++)
+      if (new_cell[m->group[g].cell[k]] >= 0) m->group[g].cell[n++] = new_cell[m->group[g].cell[k]];
+    m->group[g].n_cells = n;
+  }
+  PetscCall(PetscFree2(new_node, new_cell));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* When every part names a group, the mesh is what those groups cover; a group two parts claim is refused. */
+static PetscErrorCode RestrictMesh(AppCase *c)
+{
+  Mesh      *m = &c->mesh;
+  PetscBool *keep_cell, *keep_node;
+  PetscInt   twice = -1; /* part that claims a cell again */
+
+  PetscFunctionBegin;
+  if (!c->part[0].group[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!c->rank) {
+    PetscCall(PetscCalloc2(m->n_cells, &keep_cell, m->n_nodes, &keep_node));
+    for (PetscInt p = 0; p < c->n_parts; p++) {
+      const MeshGroup *g;
+
+      PetscCall(MeshFindGroup(m, c->part[p].group, &g));
+      for (PetscInt k = 0; g && k < g->n_cells; k++) {
+        const PetscInt e = g->cell[k];
+
+        if (keep_cell[e]) twice = p;
+        keep_cell[e] = PETSC_TRUE;
+        for (PetscInt q = m->start[e]; q < m->start[e + 1]; q++) keep_node[m->node[q]] = PETSC_TRUE;
+      }
+    }
+    PetscCall(KeepParts(c, keep_cell, keep_node));
+    PetscCall(PetscFree2(keep_cell, keep_node));
+  }
+  PetscCallMPI(MPI_Bcast(&twice, 1, MPIU_INT, 0, c->comm));
+  if (twice >= 0) {
+    char path[256];
+
+    Path(path, "bodies.%s.group", c->part[twice].name);
+    PetscCall(SceneFail(c->scene, path, "cells of '%s' belong to another body's group too; each cell has one material", c->part[twice].group));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- groups ------------------------------------------------------------------------------------------------------ */
+
+static PetscErrorCode ShareMeshGroups(AppCase *c)
+{
+  PetscInt n[3] = {c->mesh.n_groups, c->mesh.n_nodes, 0};
+
+  PetscFunctionBegin;
+  for (PetscInt e = 0; e < c->mesh.n_cells; e++) n[2] += MeshCellDim(c->mesh.type[e]) == c->mesh.dim;
+  PetscCallMPI(MPI_Bcast(n, 3, MPIU_INT, 0, c->comm));
+  PetscCallMPI(MPI_Bcast(&c->mesh_step, 1, MPIU_REAL, 0, c->comm));
+  c->n_groups   = n[0];
+  c->mesh_nodes = n[1];
+  c->mesh_cells = n[2];
+  PetscCall(PetscCalloc1(c->n_groups + 1, &c->group));
+  for (PetscInt g = 0; !c->rank && g < c->n_groups; g++) {
+    PetscCall(PetscStrncpy(c->group[g].name, c->mesh.group[g].name, sizeof(c->group[g].name)));
+    c->group[g].dim = c->mesh.group[g].dim;
+  }
+  PetscCallMPI(MPI_Bcast(c->group, (int)(c->n_groups * sizeof(*c->group)), MPI_BYTE, 0, c->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ShareBodyGroups(AppCase *c)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(c->body.n_faces + 1, &c->group));
+  for (PetscInt f = 0; f < c->body.n_faces; f++) {
+    if (!c->body.face_name[f][0]) continue; /* the boundary nobody named */
+    PetscCall(PetscStrncpy(c->group[c->n_groups].name, c->body.face_name[f], sizeof(c->group[0].name)));
+    c->group[c->n_groups++].dim = c->dim - 1;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A part's own group must exist and be of the body's dimension. */
+static PetscErrorCode CheckPartGroup(AppCase *c, const AppPart *part, PetscInt n, const AppGroup group[])
+{
+  char        path[256];
+  const char *names[256], *near;
+  PetscInt    m = 0;
+
+  PetscFunctionBegin;
+  if (!part->group[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  Path(path, "bodies.%s.group", part->name);
+  for (PetscInt g = 0; g < n && m < 256; g++) {
+    if (group[g].dim == c->dim && !strcmp(group[g].name, part->group)) PetscFunctionReturn(PETSC_SUCCESS);
+    if (group[g].dim == c->dim) names[m++] = group[g].name;
+  }
+  near = BaseNearest(part->group, m, names);
+  if (near) PetscCall(SceneFail(c->scene, path, "no %s group '%s' in the geometry; did you mean '%s'?", c->dim == 3 ? "volume" : "surface", part->group, near));
+  PetscCall(SceneFail(c->scene, path, "no %s group '%s' in the geometry; it names %s%s", c->dim == 3 ? "volume" : "surface", part->group, m ? names[0] : "none", m > 1 ? " and others" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- estimates ---------------------------------------------------------------------------------------------------- */
+
+/* Crossing time of the flattest cell: its height over the P-wave speed; for the plan, not for stepping. Rank 0. */
+static void EstimateStep(AppCase *c)
+{
+  const Mesh *m = &c->mesh;
+
+  c->mesh_step = PETSC_MAX_REAL;
+  for (PetscInt e = 0; e < m->n_cells; e++) {
+    const PetscInt corners = MeshCellCorners(m->type[e]);
+    PetscReal      h2      = PETSC_MAX_REAL;
+
+    if (MeshCellDim(m->type[e]) != m->dim) continue;
+    for (PetscInt a = 0; a < corners; a++)
+      for (PetscInt b = 0; b < a; b++) {
+        PetscReal d2 = 0;
+
+        for (PetscInt d = 0; d < 3; d++) {
+          const PetscReal gap = m->x[3 * m->node[m->start[e] + a] + d] - m->x[3 * m->node[m->start[e] + b] + d];
+
+          d2 += gap * gap;
+        }
+        h2 = PetscMin(h2, d2);
+      }
+    for (PetscInt p = 0; p < c->n_parts; p++) {
+      const AppPart  *part = &c->part[p];
+      const PetscReal cp   = PetscSqrtReal(part->young * (1 - part->poisson) / (part->density * (1 + part->poisson) * PetscMax(1 - 2 * part->poisson, 1e-6)));
+
+      c->mesh_step = PetscMin(c->mesh_step, PetscSqrtReal(h2) / cp);
+    }
+  }
+}
+
+/* ---- bodies --------------------------------------------------------------------------------------------------------- */
+
+static PetscErrorCode ReadDemBody(AppCase *c)
+{
+  const char *body = c->part[0].name;
+  char        path[256];
+  PetscBool   box, cylinder, disc;
+  PetscReal   low[3] = {0}, size[3] = {0}, radius, height;
+
+  PetscFunctionBegin;
+  BaseCheckInput(c->size == 1, c->comm, "Particles run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", c->size);
+  PetscCall(Has(c->scene, &box, "bodies.%s.geometry.box", body));
+  PetscCall(Has(c->scene, &cylinder, "bodies.%s.geometry.cylinder", body));
+  PetscCall(Has(c->scene, &disc, "bodies.%s.geometry.disc", body));
+  Path(path, "bodies.%s.geometry", body);
+  if (cylinder && c->dim != 3) PetscCall(SceneFail(c->scene, path, "a cylinder needs dimension: 3; in 2D use a disc or a box"));
+  if (disc && c->dim != 2) PetscCall(SceneFail(c->scene, path, "a disc needs dimension: 2; in 3D use a cylinder"));
+  if (box) {
+    Path(path, "bodies.%s.geometry.box.low", body);
+    PetscCall(SceneGetVector(c->scene, path, c->dim, low));
+    Path(path, "bodies.%s.geometry.box.size", body);
+    PetscCall(SceneGetVector(c->scene, path, c->dim, size));
+    for (PetscInt d = 0; d < c->dim; d++) {
+      if (!(size[d] > 0)) PetscCall(SceneFail(c->scene, path, "a box %g m long along %c has no volume; every size must be positive", (double)size[d], (char)('x' + d)));
+      size[d] += low[d];
+    }
+    AppCallAt(c->scene, path, DemBodyCreateBox(c->dim, low, size, c->thickness, &c->body));
+  } else if (cylinder) {
+    Path(path, "bodies.%s.geometry.cylinder.centre", body);
+    PetscCall(SceneGetVector(c->scene, path, 3, low));
+    PetscCall(GetReal(c->scene, &radius, "bodies.%s.geometry.cylinder.radius", body));
+    PetscCall(GetReal(c->scene, &height, "bodies.%s.geometry.cylinder.height", body));
+    Path(path, "bodies.%s.geometry.cylinder", body);
+    AppCallAt(c->scene, path, DemBodyCreateCylinder(low, radius, height, 64, &c->body));
+  } else if (disc) {
+    Path(path, "bodies.%s.geometry.disc.centre", body);
+    PetscCall(SceneGetVector(c->scene, path, 2, low));
+    PetscCall(GetReal(c->scene, &radius, "bodies.%s.geometry.disc.radius", body));
+    Path(path, "bodies.%s.geometry.disc", body);
+    AppCallAt(c->scene, path, DemBodyCreateDisc(low, radius, 64, c->thickness, &c->body));
+  } else {
+    AppGroup *group;
+
+    PetscCall(ReadFileMesh(c, body, 1));
+    PetscCall(PetscCalloc1(c->mesh.n_groups + 1, &group));
+    for (PetscInt g = 0; g < c->mesh.n_groups; g++) {
+      PetscCall(PetscStrncpy(group[g].name, c->mesh.group[g].name, sizeof(group[g].name)));
+      group[g].dim = c->mesh.group[g].dim;
+    }
+    PetscCall(CheckPartGroup(c, &c->part[0], c->mesh.n_groups, group));
+    PetscCall(PetscFree(group));
+    AppCallAt(c->scene, path, DemBodyCreateFromMesh(&c->mesh, c->part[0].group, c->thickness, &c->body));
+    PetscCall(MeshDestroy(&c->mesh));
+  }
+  c->made_bodies++;
+  PetscCall(ShareBodyGroups(c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadFemBody(AppCase *c)
+{
+  const char *body = c->part[0].name;
+  char        path[256];
+  PetscBool   box, cylinder, disc;
+  PetscInt    order;
+
+  PetscFunctionBegin;
+  PetscCall(Has(c->scene, &box, "bodies.%s.geometry.box", body));
+  PetscCall(Has(c->scene, &cylinder, "bodies.%s.geometry.cylinder", body));
+  PetscCall(Has(c->scene, &disc, "bodies.%s.geometry.disc", body));
+  Path(path, "bodies.%s.geometry", body);
+  if (cylinder || disc) PetscCall(SceneFail(c->scene, path, "the built-in %s is for particles; for finite elements name a .geo file", cylinder ? "cylinder" : "disc"));
+  if (box) PetscCall(ReadBoxMesh(c, body));
+  else {
+    Path(path, "bodies.%s.mesh.order", body);
+    PetscCall(SceneGetInt(c->scene, path, &order));
+    PetscCall(ReadFileMesh(c, body, order));
+  }
+  PetscCall(ShareMeshGroups(c));
+  for (PetscInt p = 0; p < c->n_parts; p++) PetscCall(CheckPartGroup(c, &c->part[p], c->n_groups, c->group));
+  PetscCall(RestrictMesh(c));
+  if (!c->rank) EstimateStep(c);
+  PetscCall(PetscFree(c->group));
+  PetscCall(ShareMeshGroups(c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One body, or several of finite elements that are groups of one file. */
+static PetscErrorCode ReadParts(AppCase *c)
+{
+  PetscInt    n;
+  const char *first = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(SceneGetSize(c->scene, "bodies", &n));
+  if (!n) PetscCall(SceneFail(c->scene, "bodies", "the scene has no body; add one under bodies"));
+  if (n > APP_PARTS) PetscCall(SceneFail(c->scene, "bodies", "%" PetscInt_FMT " bodies; at most %d are taken", n, APP_PARTS));
+  for (PetscInt b = 0; b < n; b++) {
+    AppPart    *part = &c->part[b];
+    const char *method;
+    char        path[256];
+    PetscBool   has;
+
+    PetscCall(SceneGetEntry(c->scene, "bodies", b, &part->name));
+    PetscCall(GetString(c->scene, &method, "bodies.%s.method", part->name));
+    part->group = "";
+    PetscCall(Has(c->scene, &has, "bodies.%s.group", part->name));
+    if (has) PetscCall(GetString(c->scene, &part->group, "bodies.%s.group", part->name));
+    c->method = strcmp(method, "dem") ? APP_FEM : APP_DEM;
+    if (n > 1) {
+      const char *file = NULL;
+
+      Path(path, "bodies.%s.geometry", part->name);
+      PetscCall(Has(c->scene, &has, "bodies.%s.geometry.box", part->name));
+      if (!has) PetscCall(SceneGetString(c->scene, path, &file));
+      if (!b) first = file;
+      Path(path, "bodies.%s", part->name);
+      if (c->method == APP_DEM || !file || !first || strcmp(file, first) || !part->group[0])
+        PetscCall(SceneFail(c->scene, path, "several bodies that touch or collide are not covered yet, see docs/not-yet.md; what runs is one body, or fem bodies that are groups (group: NAME) of one geometry file"));
+    }
+    PetscCall(ReadMaterial(c, part));
+  }
+  c->n_parts = n;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AppGeometryRead(AppCase *c)
+{
+  PetscFunctionBegin;
+  PetscCall(ReadParts(c));
+  if (c->is_static && c->method == APP_DEM) PetscCall(SceneFail(c->scene, "time.method", "static solves finite elements only; particles are explicit: take method: explicit with a slow ramp and local_damping"));
+  if (c->method == APP_DEM) PetscCall(ReadDemBody(c));
+  else PetscCall(ReadFemBody(c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

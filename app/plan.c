@@ -1,0 +1,252 @@
+/*
+  plan.c - what a run is going to do, before it does it.
+
+  `check` estimates from the geometry alone and says so; `run` knows the models. The rates of the time estimate were
+  measured on one core of a 2-core AVX-512 machine; they are for orientation.
+*/
+#include "app.h"
+#include <string.h>
+
+/* [s] per element-step or bond-step on one thread; memory [bytes] */
+#define SECONDS_FEM_STEP  1e-7
+#define SECONDS_DEM_STEP  5e-8
+#define BYTES_PARTICLE    1500.
+#define BYTES_FEM_NODE    1000.
+#define BYTES_STATIC_NODE 12000.
+
+static PetscErrorCode Steps(AppCase *c, AppPlan *plan)
+{
+  PetscReal end, given = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SceneGetReal(c->scene, "time.end", &end));
+  if (c->is_static) {
+    PetscInt steps;
+
+    PetscCall(SceneGetInt(c->scene, "time.steps", &steps));
+    plan->steps = steps;
+    plan->dt    = end / steps;
+    PetscCall(PetscStrncpy(plan->sets, "time.steps load steps; inertia plays no part", sizeof(plan->sets)));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(SceneGetReal(c->scene, "time.step", &given)); /* 0: auto */
+  if (given > 0) {
+    plan->dt = given;
+    PetscCall(PetscStrncpy(plan->sets, "time.step of the scene", sizeof(plan->sets)));
+  }
+  plan->steps = plan->dt > 0 ? PetscCeilReal(end / plan->dt * (1 - 1e-12)) : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void Seconds(const AppCase *c, AppPlan *plan)
+{
+  if (c->is_static) plan->seconds = plan->dofs * 3e-5 * (c->dim == 3 ? PetscMax(1, plan->dofs / 1e5) : 1) * (1 + 0.05 * plan->steps);
+  else if (c->method == APP_FEM) plan->seconds = plan->steps * plan->elements * SECONDS_FEM_STEP / plan->threads / c->size;
+  else plan->seconds = plan->steps * plan->bonds * SECONDS_DEM_STEP / plan->threads;
+}
+
+/* Particles from the wanted radius: the sphere's share of its cell is 1 - porosity, about 0.74 (2D: 0.86). */
+static PetscErrorCode EstimateParticles(AppCase *c, AppPlan *plan)
+{
+  char            path[256];
+  PetscBool       has;
+  PetscInt        count;
+  PetscReal       radius, spread;
+  const PetscReal volume = DemBodyVolume(&c->body);
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.count", c->part[0].name));
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (has) {
+    PetscCall(SceneGetInt(c->scene, path, &count));
+    plan->particles = count;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.radius", c->part[0].name));
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (has) {
+    PetscCall(SceneGetReal(c->scene, path, &radius));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.spread", c->part[0].name));
+    PetscCall(SceneGetReal(c->scene, path, &spread));
+    if (c->dim == 3) plan->particles = 0.74 * volume / (4. / 3 * PETSC_PI * PetscPowReal(radius, 3) * (1 + spread * spread));
+    else plan->particles = 0.86 * volume / c->thickness / (PETSC_PI * radius * radius * (1 + spread * spread / 3));
+  } else { /* a file of the user's, one line a particle */
+    const char *name;
+    char        file[PETSC_MAX_PATH_LEN], line[BASE_LINE];
+    FILE       *in;
+
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.file", c->part[0].name));
+    PetscCall(SceneGetString(c->scene, path, &name));
+    PetscCall(SceneFilePath(c->scene, name, sizeof(file), file));
+    in = fopen(file, "r");
+    if (!in) PetscCall(SceneFail(c->scene, path, "cannot read '%s'", file));
+    while (fgets(line, sizeof(line), in)) plan->particles += line[0] != '#' && line[0] != '\n';
+    fclose(in);
+  }
+  plan->particles = PetscMax(1, PetscFloorReal(plan->particles));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
+{
+  PetscReal safety = 1, stable = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(plan, sizeof(*plan)));
+  plan->threads = threads;
+  if (!c->is_static) PetscCall(SceneGetReal(c->scene, "time.safety", &safety));
+  if (c->method == APP_FEM) {
+    plan->nodes    = c->mesh_nodes;
+    plan->elements = c->mesh_cells;
+    plan->dofs     = (PetscReal)c->dim * c->mesh_nodes;
+    plan->bytes    = plan->nodes * (c->is_static ? BYTES_STATIC_NODE : BYTES_FEM_NODE);
+    stable         = 0.6 * c->mesh_step;
+    PetscCall(PetscStrncpy(plan->sets, "estimate: shortest edge / P-wave speed; the run bounds the eigenvalues of the elements", sizeof(plan->sets)));
+  } else {
+    const AppPart  *part = &c->part[0];
+    const PetscReal cp   = PetscSqrtReal(part->young * (1 - part->poisson) / (part->density * (1 + part->poisson) * PetscMax(1 - 2 * part->poisson, 1e-6)));
+    PetscReal       s;
+
+    PetscCall(EstimateParticles(c, plan));
+    plan->bonds = plan->particles * (c->dim == 3 ? 7.6 : 3);
+    plan->bytes = plan->particles * BYTES_PARTICLE;
+    s           = PetscPowReal(DemBodyVolume(&c->body) / c->thickness / plan->particles, 1. / c->dim);
+    stable      = 0.75 * 0.53 * s / cp;
+    PetscCall(PetscStrncpy(plan->sets, "estimate: mean cell size / P-wave speed; the run bounds the stiffness of every particle", sizeof(plan->sets)));
+  }
+  plan->dt = safety * stable;
+  PetscCall(Steps(c, plan));
+  Seconds(c, plan);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan)
+{
+  PetscReal      safety = 1, stable = 0, given = 0;
+  PetscInt       a = 0, b = 0, w = 0;
+  PetscLogDouble bytes;
+
+  PetscFunctionBegin;
+  PetscCall(AppClockBegin(&c->clock, "critical step"));
+  PetscCall(PetscMemzero(plan, sizeof(*plan)));
+  plan->built   = PETSC_TRUE;
+  plan->threads = threads;
+  if (c->method == APP_FEM) {
+    PetscCall(FemModelGetCounts(c->fem, &a, &b, &w));
+    plan->nodes    = a;
+    plan->elements = b;
+    plan->dofs     = w;
+  } else {
+    PetscCall(DemModelGetCounts(c->dem, &a, &b, &w));
+    plan->particles = a;
+    plan->bonds     = b;
+    plan->walls     = w;
+  }
+  if (!c->is_static) {
+    PetscCall(SceneGetReal(c->scene, "time.safety", &safety));
+    PetscCall(SceneGetReal(c->scene, "time.step", &given));
+    if (c->method == APP_FEM) {
+      PetscCall(FemModelGetStableStep(c->fem, &stable));
+      PetscCall(FemModelGetCriticalStep(c->fem, &plan->critical));
+      PetscCall(PetscSNPrintf(plan->sets, sizeof(plan->sets), "%g x the bound from the stiffest element", (double)safety));
+    } else {
+      PetscCall(DemModelGetStableStep(c->dem, &stable));
+      PetscCall(DemModelGetCriticalStep(c->dem, &plan->critical));
+      PetscCall(PetscSNPrintf(plan->sets, sizeof(plan->sets), "%g x the bound from the stiffest particle", (double)safety));
+    }
+    plan->dt = safety * stable;
+    if (given > plan->critical)
+      PetscCall(SceneFail(c->scene, "time.step", "a step of %g s exceeds the critical step %.4g s, which the highest frequency of the %s sets (2/omega_max); use at most %.3g s, or auto", (double)given, (double)plan->critical,
+                          c->method == APP_FEM ? "mesh" : "bonded particles", (double)(0.9 * plan->critical)));
+  }
+  PetscCall(Steps(c, plan));
+  Seconds(c, plan);
+  PetscCall(PetscMemoryGetCurrentUsage(&bytes));
+  plan->bytes = bytes;
+  PetscCall(AppClockEnd(&c->clock));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* 3.2 ms rather than 0.0032 s */
+static void Time(FILE *out, PetscReal t)
+{
+  if (t == 0 || t >= 1) fprintf(out, "%.4g s", (double)t);
+  else if (t >= 1e-3) fprintf(out, "%.4g ms", (double)(t * 1e3));
+  else if (t >= 1e-6) fprintf(out, "%.4g us", (double)(t * 1e6));
+  else fprintf(out, "%.4g ns", (double)(t * 1e9));
+}
+
+static void Expected(FILE *out, PetscReal s)
+{
+  if (s < 1) fprintf(out, "under a second");
+  else if (s < 90) fprintf(out, "about %.0f s", (double)s);
+  else if (s < 5400) fprintf(out, "about %.0f minutes", (double)(s / 60));
+  else fprintf(out, "about %.1f hours", (double)(s / 3600));
+}
+
+PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
+{
+  const char *title, *about = p->built ? "" : "about ";
+  PetscReal   end;
+
+  PetscFunctionBegin;
+  if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SceneGetString(c->scene, "title", &title));
+  PetscCall(SceneGetReal(c->scene, "time.end", &end));
+  fprintf(out, "plan%s%s\n", title[0] ? ": " : "", title);
+  fprintf(out, "  space     %s", c->dim == 3 ? "3D" : c->plane_stress ? "2D, plane stress" : "2D, plane strain");
+  if (c->dim == 2) fprintf(out, ", %g mm thick", (double)(c->thickness * 1e3));
+  fprintf(out, "\n  active    %s\n", c->method == APP_FEM ? (c->is_static ? "finite elements, static" : "finite elements, explicit") : "bonded particles, explicit");
+  if (c->method == APP_FEM) fprintf(out, "  size      %.0f nodes, %.0f elements, %.0f unknowns\n", (double)p->nodes, (double)p->elements, (double)p->dofs);
+  else {
+    fprintf(out, "  size      %s%.0f particles, %s%.0f bonds", about, (double)p->particles, about, (double)p->bonds);
+    if (p->built) fprintf(out, ", %.0f boundary facets", (double)p->walls);
+    fputc('\n', out);
+  }
+  fprintf(out, "  loads     %d from conditions, %d tools\n", (int)c->n_loads, (int)c->n_tools);
+  fprintf(out, "  memory    %s%.0f MB\n", about, (double)(p->bytes / 1e6));
+  fprintf(out, "  step      %s", about);
+  Time(out, p->dt);
+  fprintf(out, "  (%s)\n", p->sets);
+  if (p->critical > 0) {
+    fprintf(out, "  critical  ");
+    Time(out, p->critical);
+    fprintf(out, "  (2/omega_max by power iteration)\n");
+  }
+  fprintf(out, "  steps     %s%.0f to ", about, (double)p->steps);
+  Time(out, end);
+  fprintf(out, "\n  expected  ");
+  Expected(out, p->seconds);
+  fprintf(out, " on %d thread%s%s\n", (int)p->threads, p->threads > 1 ? "s" : "", c->size > 1 ? " a rank" : "");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AppPlanJson(AppCase *c, const AppPlan *p, Json *json)
+{
+  PetscFunctionBegin;
+  PetscCall(JsonBeginObject(json, "plan"));
+  PetscCall(JsonString(json, "active", c->method == APP_FEM ? (c->is_static ? "fem static" : "fem explicit") : "dem explicit"));
+  PetscCall(JsonBool(json, "estimated", p->built ? PETSC_FALSE : PETSC_TRUE));
+  PetscCall(JsonInt(json, "dimension", c->dim));
+  if (c->method == APP_FEM) {
+    PetscCall(JsonInt(json, "nodes", (PetscInt64)p->nodes));
+    PetscCall(JsonInt(json, "elements", (PetscInt64)p->elements));
+    PetscCall(JsonInt(json, "unknowns", (PetscInt64)p->dofs));
+  } else {
+    PetscCall(JsonInt(json, "particles", (PetscInt64)p->particles));
+    PetscCall(JsonInt(json, "bonds", (PetscInt64)p->bonds));
+    PetscCall(JsonInt(json, "boundary_facets", (PetscInt64)p->walls));
+  }
+  PetscCall(JsonInt(json, "loads", c->n_loads));
+  PetscCall(JsonInt(json, "tools", c->n_tools));
+  PetscCall(JsonReal(json, "memory_bytes", p->bytes));
+  PetscCall(JsonReal(json, "step_s", p->dt));
+  PetscCall(JsonString(json, "step_set_by", p->sets));
+  if (p->critical > 0) PetscCall(JsonReal(json, "critical_step_s", p->critical));
+  PetscCall(JsonReal(json, "steps", p->steps));
+  PetscCall(JsonReal(json, "expected_seconds", p->seconds));
+  PetscCall(JsonInt(json, "threads", p->threads));
+  PetscCall(JsonInt(json, "ranks", c->size));
+  PetscCall(JsonEnd(json));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,24 @@
+/* python.c - pictures: our Python scripts, run without a display; a machine without matplotlib loses pictures, nothing else. */
+#include "app.h"
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <spawn.h>
+
+extern char **environ;
+
+PetscErrorCode AppPython(const char *script, const char *argument, PetscBool *ran)
+{
+  char        path[PETSC_MAX_PATH_LEN];
+  const char *home     = getenv("CLEAVE_HOME"); /* a source tree that has moved since the build */
+  char       *words[4] = {(char *)CLEAVE_PYTHON, path, (char *)argument, NULL};
+  pid_t       child;
+  int         status = -1;
+
+  PetscFunctionBegin;
+  *ran = PETSC_FALSE;
+  PetscCall(BaseFormat(path, "%s/%s", home ? home : CLEAVE_SOURCE, script));
+  fflush(stdout);
+  if (!posix_spawnp(&child, CLEAVE_PYTHON, NULL, NULL, words, environ) && waitpid(child, &status, 0) == child && WIFEXITED(status) && !WEXITSTATUS(status)) *ran = PETSC_TRUE;
+  else fprintf(stderr, "cleave: warning: %s could not run on '%s'; the pictures are missing, the results are whole\n", script, argument);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

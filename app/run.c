@@ -1,0 +1,233 @@
+/* run.c - `cleave run` and `cleave check`. */
+#include "app.h"
+#include "files.h"
+#include <ctype.h>
+#include <petsctime.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+PetscErrorCode AppOutputDirectory(const AppOptions *options, size_t size, char directory[])
+{
+  char  full[PETSC_MAX_PATH_LEN], *slash, *dot;
+  const char *scene = options->word[0];
+
+  PetscFunctionBegin;
+  if (options->output) {
+    PetscCall(PetscStrncpy(directory, options->output, size));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!realpath(scene, full)) PetscCall(PetscStrncpy(full, scene, sizeof(full)));
+  slash = strrchr(full, '/');
+  if (slash && !strcmp(slash + 1, "scene.yaml")) {
+    *slash = 0; /* the folder's name */
+    slash  = strrchr(full, '/');
+  } else if ((dot = strrchr(slash ? slash : full, '.'))) *dot = 0;
+  PetscCall(PetscSNPrintf(directory, size, "results/%s", slash && slash[1] ? slash + 1 : slash ? "scene" : full));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A later end, more output or another title does not change how the state got here. */
+static PetscBool ChangesState(const char *line, char section[64])
+{
+  if (!isspace((unsigned char)line[0])) {
+    const size_t n = strcspn(line, ":\n");
+
+    memcpy(section, line, PetscMin(n, 63));
+    section[PetscMin(n, 63)] = 0;
+  }
+  if (!strcmp(section, "title") || !strcmp(section, "output")) return PETSC_FALSE;
+  line += strspn(line, " ");
+  if (!strcmp(section, "time") && (!strncmp(line, "end:", 4) || !strncmp(line, "stop_unbalanced:", 16))) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
+/* The lines of resolved.yaml that a state depends on, without what stands behind '#'. Rank 0. */
+static PetscErrorCode StampLines(const char *file, char **stamp)
+{
+  char  *text, *line, *next, section[64] = "";
+  size_t n = 0;
+
+  PetscFunctionBegin;
+  PetscCall(FileReadText(file, &text, NULL));
+  for (line = text; *line; line = next) {
+    const size_t length = strcspn(line, "\n");
+    char        *comment;
+
+    next         = line + length + (line[length] == '\n');
+    line[length] = 0;
+    comment      = strstr(line, " #");
+    if (comment) *comment = 0;
+    if (line[0] == '#' || !ChangesState(line, section)) continue;
+    for (const char *c = line; *c; c++) text[n++] = *c;
+    text[n++] = '\n';
+  }
+  text[n] = 0;
+  *stamp  = text;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AppStamp(AppCase *c, char **stamp)
+{
+  char        file[PETSC_MAX_PATH_LEN];
+  const char *directory = getenv("TMPDIR");
+  int         fd        = -1;
+  PetscInt    length    = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(file, sizeof(file), "%s/cleave-XXXXXX", directory ? directory : "/tmp"));
+  if (!c->rank) {
+    fd = mkstemp(file);
+    PetscCheck(fd >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "Cannot make a temporary file %s; set TMPDIR", file);
+  }
+  PetscCall(SceneWriteResolved(c->scene, file));
+  if (!c->rank) {
+    PetscCall(StampLines(file, stamp));
+    close(fd);
+    unlink(file);
+    length = (PetscInt)strlen(*stamp);
+  }
+  PetscCallMPI(MPI_Bcast(&length, 1, MPIU_INT, 0, c->comm));
+  if (c->rank) PetscCall(PetscMalloc1(length + 1, stamp));
+  PetscCallMPI(MPI_Bcast(*stamp, (int)length + 1, MPI_CHAR, 0, c->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode GetRunOptions(AppCase *c, const AppOptions *options, const AppPlan *plan, RunOptions *run)
+{
+  PetscReal given = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(run, sizeof(*run)));
+  PetscCall(SceneGetReal(c->scene, "time.end", &run->end));
+  if (!c->is_static) PetscCall(SceneGetReal(c->scene, "time.step", &given));
+  run->safety       = 1;
+  run->step         = given > 0 || c->is_static ? plan->dt : 0; /* 0: the loop takes safety x stable, as the plan says */
+  run->ledger_bound = 0.05;
+  if (!c->is_static) {
+    PetscCall(SceneGetReal(c->scene, "time.safety", &run->safety));
+    PetscCall(SceneGetReal(c->scene, "time.stop_unbalanced", &run->unbalanced_stop));
+  }
+  PetscCall(SceneGetReal(c->scene, "output.history.every", &run->history_every));
+  PetscCall(SceneGetReal(c->scene, "output.fields.every", &run->frame_every));
+  PetscCall(SceneGetReal(c->scene, "output.checkpoint.every", &run->checkpoint_every));
+  run->max_steps = options->stop_after;
+  run->resume    = options->resume;
+  run->quiet     = options->quiet;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetFieldNames(AppCase *c, Output output)
+{
+  const char *names[64];
+  PetscInt    n;
+
+  PetscFunctionBegin;
+  PetscCall(SceneGetSize(c->scene, "output.fields.names", &n));
+  n = PetscMin(n, 64);
+  for (PetscInt k = 0; k < n; k++) PetscCall(SceneGetEntry(c->scene, "output.fields.names", k, &names[k]));
+  PetscCall(OutputSetFieldNames(output, n, names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Plots(AppCase *c, const char *directory, AppEnd *end)
+{
+  PetscBool ran = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AppClockBegin(&c->clock, "plots"));
+  PetscCall(AppPython("base/plot.py", directory, &ran));
+  if (!ran) PetscCall(PetscStrncpy(end->warning[end->n_warnings++], "no plots were made: python3 with matplotlib is missing or failed", sizeof(end->warning[0])));
+  PetscCall(AppClockEnd(&c->clock));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const char *EndWord(const AppOptions *options, const RunSummary *run, int *exit_code)
+{
+  *exit_code = 0;
+  if (run->end != RUN_INTERRUPTED) return "done";
+  if (options->stop_after && run->steps_here >= options->stop_after) return "stopped";
+  *exit_code = 130;
+  return "interrupted";
+}
+
+PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
+{
+  AppCase        c;
+  AppPlan        plan;
+  AppEnd         end = {.state = "running"};
+  RunOptions     run_options;
+  RunSummary     run = {0};
+  Output         output;
+  PetscInt       threads;
+  PetscErrorCode code;
+  char           directory[PETSC_MAX_PATH_LEN], path[PETSC_MAX_PATH_LEN], *stamp;
+
+  PetscFunctionBegin;
+  PetscCall(AppCaseRead(PETSC_COMM_WORLD, options, &c));
+  PetscCall(AppThreads(c.comm, options->threads, &threads));
+  PetscCall(AppCaseBuild(&c, threads));
+  PetscCall(AppPlanFromModels(&c, threads, &plan));
+  PetscCall(AppStamp(&c, &stamp));
+  PetscCall(GetRunOptions(&c, options, &plan, &run_options));
+  if (!options->quiet) PetscCall(AppPlanPrint(&c, &plan, stdout));
+  if (!c.is_static && run_options.step == 0) PetscCall(SceneSetDerived(c.scene, "time.step", plan.dt, plan.sets));
+  run_options.stamp = stamp;
+
+  /* Nothing was written so far; a resume that turns out to be another scene's leaves what is there. */
+  PetscCall(AppOutputDirectory(options, sizeof(directory), directory));
+  PetscCall(OutputCreate(c.comm, directory, options->resume, &output));
+  PetscCall(SetFieldNames(&c, output));
+  PetscCall(BaseFormat(path, "%s/resolved.yaml", directory));
+  if (!options->resume) {
+    PetscCall(SceneWriteResolved(c.scene, path));
+    PetscCall(AppSummaryWrite(&c, &plan, NULL, &end, directory));
+  }
+  BaseErrorClear();
+  code = RunLoop(c.comm, &c.stepper, &run_options, output, &run);
+  PetscCall(OutputDestroy(&output));
+  if (code == PETSC_ERR_USER_INPUT) PetscFunctionReturn(code); /* said already: no checkpoint, or another scene's */
+  AppClockAdd(&c.clock, "stepping", run.seconds_step);
+  AppClockAdd(&c.clock, "output", run.seconds_output);
+  AppClockAdd(&c.clock, "checkpoint", run.seconds_checkpoint);
+  if (code) {
+    end.state     = "failed";
+    end.exit_code = 1;
+    PetscCall(PetscStrncpy(end.message, BaseErrorMessage(), sizeof(end.message)));
+  } else end.state = EndWord(options, &run, &end.exit_code);
+  if (options->resume) PetscCall(SceneWriteResolved(c.scene, path));
+  PetscCall(Plots(&c, directory, &end));
+  PetscCall(AppSummaryWrite(&c, &plan, &run, &end, directory));
+  if (!options->quiet && !c.rank) printf("%s: results in %s\n", end.state, directory);
+  *exit_code = end.exit_code;
+  PetscCall(PetscFree(stamp));
+  PetscCall(RunSummaryDestroy(&run));
+  PetscCall(AppCaseDestroy(&c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A step the user gives can only be judged against the model's own frequencies; otherwise no model is built. */
+PetscErrorCode AppCheck(const AppOptions *options, int *exit_code)
+{
+  AppCase   c;
+  AppPlan   plan;
+  PetscInt  threads;
+  PetscReal given = 0;
+
+  PetscFunctionBegin;
+  PetscCall(AppCaseRead(PETSC_COMM_WORLD, options, &c));
+  PetscCall(AppThreads(c.comm, options->threads, &threads));
+  if (!c.is_static) PetscCall(SceneGetReal(c.scene, "time.step", &given));
+  if (given > 0) {
+    PetscCall(AppCaseBuild(&c, threads));
+    PetscCall(AppPlanFromModels(&c, threads, &plan));
+  } else PetscCall(AppPlanEstimate(&c, threads, &plan));
+  PetscCall(AppPlanPrint(&c, &plan, stdout));
+  PetscCall(AppCountsPrint(&c, stdout));
+  if (given > 0 && !c.rank) printf("  note      time.step is given: the model was built to hold it against the critical step\n");
+  if (!c.rank) printf("%s: no faults found\n", options->word[0]);
+  *exit_code = 0;
+  PetscCall(AppCaseDestroy(&c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,165 @@
+/* summary.c - summary.json: versions, plan, what was constructed, peaks, energies, time by phase, how it ended. */
+#include "app.h"
+#include "version.h"
+#include <H5public.h>
+#include <gmshc.h>
+#include <petsctime.h>
+#include <string.h>
+
+PetscErrorCode AppVersionsJson(Json *json)
+{
+  char     petsc[256];
+  unsigned major, minor, release;
+
+  PetscFunctionBegin;
+  PetscCall(PetscGetVersion(petsc, sizeof(petsc)));
+  PetscCall(JsonBeginObject(json, "versions"));
+  PetscCall(JsonString(json, "cleave", CLEAVE_VERSION));
+  PetscCall(JsonString(json, "git", CLEAVE_GIT));
+  PetscCall(JsonString(json, "build", CLEAVE_BUILD));
+  PetscCall(JsonString(json, "petsc", petsc));
+  PetscCall(JsonString(json, "gmsh", GMSH_API_VERSION));
+  H5get_libversion(&major, &minor, &release);
+  PetscCall(PetscSNPrintf(petsc, sizeof(petsc), "%u.%u.%u", major, minor, release));
+  PetscCall(JsonString(json, "hdf5", petsc));
+  PetscCall(JsonEnd(json));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void AppVersionPrint(FILE *out)
+{
+  unsigned major, minor, release;
+
+  H5get_libversion(&major, &minor, &release);
+  fprintf(out, "cleave %s (git %s, %s)\n", CLEAVE_VERSION, CLEAVE_GIT, CLEAVE_BUILD);
+  fprintf(out, "PETSc %d.%d.%d, gmsh %s, HDF5 %u.%u.%u\n", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR, GMSH_API_VERSION, major, minor, release);
+}
+
+/* Calls back for every PETSc class of which something was made; stages added up. */
+static PetscErrorCode EachClass(PetscErrorCode (*call)(const char *name, int made, void *ctx), void *ctx)
+{
+  PetscStageLog log;
+
+  PetscFunctionBegin;
+  PetscCall(PetscLogGetStageLog(&log));
+  if (!log) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int k = 0; k < log->classLog->numClasses; k++) {
+    int made = 0;
+
+    for (int s = 0; s < log->numStages; s++)
+      if (k < log->stageInfo[s].classLog->numClasses) made += log->stageInfo[s].classLog->classInfo[k].creations;
+    if (made && strcmp(log->classLog->classInfo[k].name, "Viewer")) PetscCall(call(log->classLog->classInfo[k].name, made, ctx));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ClassJson(const char *name, int made, void *json)
+{
+  return JsonInt((Json *)json, name, made);
+}
+
+static PetscErrorCode ClassPrint(const char *name, int made, void *out)
+{
+  fprintf((FILE *)out, ", %d %s", made, name);
+  return PETSC_SUCCESS;
+}
+
+PetscErrorCode AppCountsJson(AppCase *c, Json *json)
+{
+  PetscFunctionBegin;
+  PetscCall(JsonBeginObject(json, "constructed"));
+  PetscCall(JsonInt(json, "FemModel", c->made_fem));
+  PetscCall(JsonInt(json, "DemModel", c->made_dem));
+  PetscCall(JsonInt(json, "DemBody", c->made_bodies));
+  PetscCall(JsonInt(json, "DemPacking", c->made_packings));
+  PetscCall(JsonInt(json, "DemCells", c->made_cells));
+  PetscCall(JsonBeginObject(json, "petsc"));
+  PetscCall(EachClass(ClassJson, json));
+  PetscCall(JsonEnd(json));
+  PetscCall(JsonEnd(json));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AppCountsPrint(AppCase *c, FILE *out)
+{
+  PetscFunctionBegin;
+  if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  fprintf(out, "  made      %d FemModel, %d DemModel, %d DemPacking, %d DemCells", (int)c->made_fem, (int)c->made_dem, (int)c->made_packings, (int)c->made_cells);
+  PetscCall(EachClass(ClassPrint, out));
+  fputc('\n', out);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RunJson(AppCase *c, const RunSummary *run, Json *json)
+{
+  PetscFunctionBegin;
+  PetscCall(JsonBeginObject(json, "run"));
+  PetscCall(JsonInt(json, "steps", run->steps));
+  PetscCall(JsonInt(json, "steps_of_this_call", run->steps_here));
+  PetscCall(JsonReal(json, "time_s", run->time));
+  PetscCall(JsonReal(json, "step_s", run->dt));
+  PetscCall(JsonReal(json, "stable_step_s", run->stable_dt));
+  PetscCall(JsonBool(json, "quiet_state", run->end == RUN_QUIET_STATE ? PETSC_TRUE : PETSC_FALSE));
+  if (run->seconds_step > 0 && run->steps_here) PetscCall(JsonReal(json, "element_steps_per_second", c->stepper.elements * run->steps_here / run->seconds_step));
+  PetscCall(JsonEnd(json));
+
+  PetscCall(JsonBeginObject(json, "energy"));
+  for (int term = 0; term < LEDGER_TERMS; term++) {
+    char key[64];
+
+    PetscCall(PetscSNPrintf(key, sizeof(key), "%s_J", LedgerNames[term]));
+    PetscCall(JsonReal(json, key, run->ledger.energy[term]));
+  }
+  PetscCall(JsonReal(json, "initial_J", run->ledger.initial));
+  PetscCall(JsonReal(json, "work_in_J", run->ledger.work_in));
+  PetscCall(JsonReal(json, "error", LedgerError(&run->ledger)));
+  PetscCall(JsonReal(json, "worst_error", run->worst_ledger_error));
+  PetscCall(JsonEnd(json));
+
+  PetscCall(JsonBeginObject(json, "peaks"));
+  for (PetscInt k = 0; run->lowest && k < PetscMin(run->n_history, c->stepper.n_history); k++) {
+    char key[256];
+
+    PetscCall(PetscSNPrintf(key, sizeof(key), "%s[%s]", c->stepper.history_name[k], c->stepper.history_unit[k]));
+    PetscCall(JsonBeginObject(json, key));
+    PetscCall(JsonReal(json, "lowest", run->lowest[k]));
+    PetscCall(JsonReal(json, "highest", run->highest[k]));
+    PetscCall(JsonEnd(json));
+  }
+  PetscCall(JsonEnd(json));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* run is NULL before the loop has begun. Rank 0 writes. */
+PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary *run, const AppEnd *end, const char *directory)
+{
+  char           path[PETSC_MAX_PATH_LEN];
+  const char    *title;
+  Json           json;
+  PetscLogDouble bytes;
+
+  PetscFunctionBegin;
+  if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(BaseFormat(path, "%s/summary.json", directory));
+  PetscCall(JsonOpen(path, &json));
+  PetscCall(SceneGetString(c->scene, "title", &title));
+  PetscCall(JsonString(&json, "title", title));
+  PetscCall(JsonString(&json, "state", end->state));
+  PetscCall(JsonInt(&json, "exit_code", end->exit_code));
+  if (end->message[0]) PetscCall(JsonString(&json, "message", end->message));
+  PetscCall(AppVersionsJson(&json));
+  PetscCall(AppPlanJson(c, plan, &json));
+  PetscCall(AppCountsJson(c, &json));
+  if (run) PetscCall(RunJson(c, run, &json));
+
+  PetscCall(JsonBeginObject(&json, "seconds"));
+  for (PetscInt k = 0; k < c->clock.n; k++) PetscCall(JsonReal(&json, c->clock.name[k], c->clock.seconds[k]));
+  PetscCall(JsonEnd(&json));
+  PetscCall(PetscMemoryGetCurrentUsage(&bytes));
+  PetscCall(JsonReal(&json, "memory_bytes", bytes));
+  PetscCall(JsonBeginArray(&json, "warnings"));
+  for (PetscInt k = 0; k < end->n_warnings; k++) PetscCall(JsonString(&json, NULL, end->warning[k]));
+  PetscCall(JsonEnd(&json));
+  PetscCall(JsonClose(&json));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
