@@ -177,6 +177,8 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
 
   /* Nothing was written so far; a resume that turns out to be another scene's leaves what is there. */
   PetscCall(AppOutputDirectory(options, sizeof(directory), directory));
+  PetscCall(BaseFormat(path, "%s/checkpoint.h5", directory));
+  BaseCheckInput(!options->resume || !access(path, R_OK), c.comm, "There is no checkpoint '%s' to resume from; run without --resume, or name the directory with --output", path);
   PetscCall(OutputCreate(c.comm, directory, options->resume, &output));
   PetscCall(SetFieldNames(&c, output));
   PetscCall(BaseFormat(path, "%s/resolved.yaml", directory));

@@ -1,0 +1,397 @@
+"""The program from outside: what a user types, what comes back.  python3 program.py CLEAVE SOURCE_TREE TEST..."""
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import h5py
+import numpy
+
+CLEAVE, SOURCE = sys.argv[1], sys.argv[2]
+
+FEM = """\
+title: a small beam
+dimension: 2
+plane: stress
+thickness: 10 mm
+time: {end: 40 us}
+materials:
+  steel: {density: 7850 kg/m3, young: 210 GPa, poisson: 0.3}
+bodies:
+  beam:
+    geometry: {box: {size: [40 mm, 10 mm]}}
+    method: fem
+    material: steel
+    mesh: {size: 2 mm, cells: quad}
+conditions:
+  - {group: xmin, fix: all}
+  - {group: xmax, traction: {y: -1 MPa}}
+output:
+  history: {every: 2 us, quantities: [reaction(xmin), displacement(xmax)]}
+  fields: {every: 20 us, names: [displacement, stress]}
+"""
+
+DEM = """\
+title: a small block
+time: {end: 60 us}
+materials:
+  rock: {density: 2500 kg/m3, young: 30 GPa, poisson: 0.2, local_damping: 0.1}
+bodies:
+  block:
+    geometry: {box: {size: [40 mm, 40 mm, 60 mm]}}
+    method: dem
+    material: rock
+    dem: {packing: {radius: 4 mm, spread: 0.2, seed: 1}}
+conditions:
+  - {group: zmin, fix: z}
+  - {group: zmax, velocity: {z: {ramp: {to: -10 mm/s, over: 20 us}}}}
+output:
+  history: {every: 5 us, quantities: [reaction(zmax), displacement(zmax)]}
+  fields: {every: 20 us, names: [displacement]}
+"""
+
+
+class Failed(Exception):
+    pass
+
+
+def check(condition, *what):
+    if not condition:
+        raise Failed(" ".join(str(word) for word in what))
+
+
+def cleave(*words, cwd, expect=0, timeout=300):
+    """Exit code as expected, nothing that looks like a crash; the output is given back."""
+    done = subprocess.run([CLEAVE, *words], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=timeout)
+    text = done.stdout + done.stderr
+    check(done.returncode == expect, "cleave", *words, "gave", done.returncode, "expected", expect, "\n" + text)
+    return text
+
+
+def write(folder, name, text):
+    path = os.path.join(folder, name)
+    with open(path, "w") as out:
+        out.write(text)
+    return path
+
+
+def read(*path):
+    with open(os.path.join(*path), "rb") as file:
+        return file.read()
+
+
+def summary(*path):
+    return json.loads(read(*path, "summary.json"))
+
+
+def frames(directory):
+    """Every array of every frame, by name."""
+    found = {}
+
+    def visit(group, path):
+        for key in group:
+            item = group[key]
+            if isinstance(item, h5py.Group):
+                visit(item, path + "/" + key)
+            else:
+                found[path + "/" + key] = item[()]
+
+    with h5py.File(os.path.join(directory, "fields.h5"), "r") as file:
+        visit(file, "")
+    check(found, "no arrays in", directory)
+    return found
+
+
+def same_results(a, b):
+    """The same bits in history and fields."""
+    check(read(a, "history.csv") == read(b, "history.csv"), "history.csv differs between", a, "and", b)
+    one, two = frames(a), frames(b)
+    check(sorted(one) == sorted(two), "other arrays:", sorted(set(one) ^ set(two))[:6])
+    for name in one:
+        check(one[name].tobytes() == two[name].tobytes(), name, "differs between", a, "and", b)
+
+
+# ---- tests -------------------------------------------------------------------------------------------------------------
+
+
+def test_broken(folder):
+    """Bad input: exit 2, place and cure named, nothing written."""
+    cases = [
+        # what is replaced, by what, line, a part of the message
+        (FEM, "xmin, fix", "xmni, fix", 15, "xmin"),
+        (FEM, "reaction(xmin)", "reaction(top)", 18, "top"),
+        (FEM, "reaction(xmin)", "reacton(xmin)", 18, "reaction"),
+        (FEM, "material: steel", "material: stele", 12, "steel"),
+        (FEM, "210 GPa", "210 mm", 7, "210 mm"),
+        (FEM, "210 GPa", "210", 7, "unit"),
+        (FEM, "poisson: 0.3", "poisson: 0.5", 7, "0.5"),
+        (FEM, "density: 7850", "densty: 7850", 7, "density"),
+        (FEM, "end: 40 us", "end: -40 us", 5, "-40"),
+        (FEM, "cells: quad", "cells: hex", 13, "quad"),
+        (FEM, "{box: {size: [40 mm, 10 mm]}}", "nowhere.geo", 10, "nowhere.geo"),
+        (FEM, "size: 2 mm, cells", "size: 0 mm, cells", 13, "0 mm"),
+        (FEM, "fix: all}", "fix: all, gravity: [0 m/s2, -9.81 m/s2]}", 15, "gravity"),
+        (FEM, "traction: {y: -1 MPa}", "traction: {z: -1 MPa}", 16, "z"),
+        (FEM, "traction: {y: -1 MPa}", "nothing: 1", 16, "nothing"),
+        (FEM, "group: xmax, traction", "traction", 16, "group"),
+        (FEM, "xmax, traction: {y: -1 MPa}", "xmin, velocity: {x: 1 mm/s}", 16, "prescribed"),
+        (FEM, "method: fem", "method: coupled", 11, "not covered yet"),
+        (FEM, "  steel: {", "  steel: {law: cohesive, ", 7, "not covered yet"),
+        (DEM, "zmin, fix: z", "zmin, fix: [x, z]", 12, "zmin"),
+        (DEM, "radius: 4 mm", "radius: 4 kg", 10, "4 kg"),
+        (DEM, "spread: 0.2", "spread: 2", 10, "spread"),
+        (DEM, "{end: 60 us}", "{end: 60 us, method: static}", 2, "static"),
+        (DEM, "zmin, fix: z", "zmi, fix: z", 12, "zmin"),
+        (DEM, "fix: z}", "fix: z}\n  - {group: zmin, displacement: {z: 1 mm}}", 13, "prescribed"),
+    ]
+    for number, (scene, old, new, line, part) in enumerate(cases):
+        check(old in scene, "the case replaces nothing:", old)
+        here = os.path.join(folder, "case%d" % number)
+        os.mkdir(here)
+        write(here, "scene.yaml", scene.replace(old, new))
+        for command in ("check", "run"):
+            text = cleave(command, "scene.yaml", cwd=here, expect=2)
+            place = re.search(r"scene\.yaml:(\d+):(\d+): ", text)
+            check(place, "no place in the message of", old, "->", new, ":", text)
+            check(int(place.group(1)) == line, old, "->", new, "is on line", line, "but:", text)
+            check(part in text, "message of", old, "->", new, "lacks", repr(part), ":", text)
+            check("PETSC" not in text and "Traceback" not in text, text)
+        check(os.listdir(here) == ["scene.yaml"], "something was written:", os.listdir(here))
+
+
+def test_given_step(folder):
+    """A step above the critical one is refused before anything is written; one below is taken."""
+    for scene in (FEM, DEM):
+        write(folder, "scene.yaml", scene.replace("us}", "us, step: 1 ms}", 1))
+        for command in ("check", "run"):
+            text = cleave(command, "scene.yaml", cwd=folder, expect=2)
+            check("critical step" in text and re.search(r"scene\.yaml:\d+:\d+", text), text)
+        check(os.listdir(folder) == ["scene.yaml"], os.listdir(folder))
+        text = cleave("check", "scene.yaml", "--set", "time.step=1 ns", cwd=folder)
+        check("the model was built" in text, text)
+
+
+def test_counts(folder):
+    """One method never constructs the other; check constructs no model."""
+    write(folder, "fem.yaml", FEM)
+    write(folder, "dem.yaml", DEM)
+    cleave("run", "fem.yaml", "--stop-after", "3", cwd=folder)
+    cleave("run", "dem.yaml", "--stop-after", "3", cwd=folder)
+    fem, dem = (summary(folder, "results", name)["constructed"] for name in ("fem", "dem"))
+    check(fem["FemModel"] == 1 and fem["DemModel"] == fem["DemBody"] == fem["DemPacking"] == fem["DemCells"] == 0, fem)
+    check(dem["DemModel"] == 1 and dem["DemCells"] == 1 and dem["FemModel"] == 0, dem)
+    check(any("Distributed Mesh" in name for name in fem["petsc"]), "PETSc's log of a FEM run names no DM:", fem["petsc"])
+    foreign = [name for name in dem["petsc"] if re.search("Mesh|DM|Matrix|Krylov|Preconditioner|Vector|Star Forest|Section|Index Set", name)]
+    check(not foreign, "a DEM run constructed", foreign)
+    for name in ("fem", "dem"):
+        text = cleave("check", name + ".yaml", cwd=folder)
+        made = re.search(r"made +(.*)", text).group(1)
+        check(made.startswith("0 FemModel, 0 DemModel, 0 DemPacking, 0 DemCells"), made)
+        check(not re.search("Mesh|Matrix|Krylov|Vector", made), made)
+        check("no faults found" in text, text)
+
+
+def test_threads(folder):
+    """1 and 2 threads: the same bits."""
+    for name, scene in (("fem", FEM), ("dem", DEM)):
+        write(folder, name + ".yaml", scene)
+        for threads in ("1", "2"):
+            cleave("run", name + ".yaml", "--threads", threads, "--output", name + threads, cwd=folder)
+        check(summary(folder, name + "1")["plan"]["threads"] == 1 and summary(folder, name + "2")["plan"]["threads"] == 2, "threads not as asked")
+        same_results(os.path.join(folder, name + "1"), os.path.join(folder, name + "2"))
+
+
+def test_resume(folder):
+    """Stopped after some steps and resumed: bit for bit the run in one go. Also with a later end."""
+    static = FEM.replace("end: 40 us", "end: 1 s, method: static, steps: 6").replace("every: 2 us", "every: 0.1 s").replace("every: 20 us", "every: 0.5 s")
+    static = static.replace("{y: -1 MPa}", "{y: {ramp: {to: -1 MPa, over: 1 s}}}")
+    for name, scene, stop in (("fem", FEM, "37"), ("dem", DEM, "41"), ("static", static, "2")):
+        write(folder, name + ".yaml", scene)
+        cleave("run", name + ".yaml", "--output", name + "-whole", cwd=folder)
+        whole = summary(folder, name + "-whole")
+        check(whole["state"] == "done" and whole["exit_code"] == 0, whole["state"])
+        cleave("run", name + ".yaml", "--output", name + "-parts", "--stop-after", stop, cwd=folder)
+        stopped = summary(folder, name + "-parts")
+        check(stopped["state"] == "stopped" and stopped["run"]["steps"] == int(stop) < whole["run"]["steps"], stopped["state"], stopped["run"])
+        cleave("run", name + ".yaml", "--output", name + "-parts", "--resume", cwd=folder)
+        check(summary(folder, name + "-parts")["run"]["steps"] == whole["run"]["steps"], "other number of steps")
+        same_results(os.path.join(folder, name + "-whole"), os.path.join(folder, name + "-parts"))
+    for name, scene, end in (("fem", FEM, "60 us"), ("dem", DEM, "90 us")):
+        cleave("run", name + ".yaml", "--set", "time.end=" + end, "--output", name + "-longer", cwd=folder)
+        cleave("run", name + ".yaml", "--set", "time.end=" + end, "--output", name + "-whole", "--resume", cwd=folder)
+        same_results(os.path.join(folder, name + "-longer"), os.path.join(folder, name + "-whole"))
+
+    # another scene's checkpoint, and none at all: refused, what is there stays
+    before = {file: read(folder, "fem-whole", file) for file in ("summary.json", "resolved.yaml", "history.csv")}
+    text = cleave("run", "fem.yaml", "--set", "materials.steel.young=200 GPa", "--output", "fem-whole", "--resume", cwd=folder, expect=2)
+    check("another scene" in text and "young" in text, text)
+    for file in before:
+        check(read(folder, "fem-whole", file) == before[file], file, "was touched by a refused resume")
+    text = cleave("run", "fem.yaml", "--output", "empty", "--resume", cwd=folder, expect=2)
+    check("checkpoint" in text, text)
+    check(not os.path.exists(os.path.join(folder, "empty")), "a refused resume made a directory")
+
+
+def test_interrupt(folder):
+    """Ctrl-C: a checkpoint, 130; resumed, the run is the one nobody disturbed."""
+    for name, scene, end in (("fem", FEM, "15 ms"), ("dem", DEM, "8 ms")):
+        scene = re.sub(r"end: \d+ us", "end: " + end, scene).replace("every: 2 us", "every: 100 us").replace("every: 5 us", "every: 100 us").replace("every: 20 us", "every: 2 ms")
+        write(folder, name + ".yaml", scene)
+        run = subprocess.Popen([CLEAVE, "run", name + ".yaml", "--output", name + "-cut"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        history = os.path.join(folder, name + "-cut", "history.csv")
+        for _ in range(3000):  # until the loop runs
+            if os.path.exists(history) and read(history).count(b"\n") > 3:
+                break
+            time.sleep(0.01)
+        run.send_signal(signal.SIGINT)
+        text = run.communicate(timeout=120)[0]
+        check(run.returncode == 130, name, "gave", run.returncode, text)
+        check(summary(folder, name + "-cut")["state"] == "interrupted", "state is not interrupted")
+        cleave("run", name + ".yaml", "--output", name + "-cut", "--resume", cwd=folder)
+        cleave("run", name + ".yaml", "--output", name + "-whole", cwd=folder)
+        same_results(os.path.join(folder, name + "-whole"), os.path.join(folder, name + "-cut"))
+
+
+def test_words(folder):
+    """Versions, help, kinds of scenes, what files hold, mistakes on the command line."""
+    text = cleave("--version", cwd=folder)
+    check(re.search(r"cleave \d+\.\d+\.\d+ \(git .+\)", text) and "PETSc 3." in text and "gmsh 4." in text and "HDF5 1." in text, text)
+    check("usage: cleave" in cleave("--help", cwd=folder), "no usage")
+    for kind in ("elastic", "ucs"):
+        cleave("new", kind, kind + ".yaml", cwd=folder)
+        check("no faults found" in cleave("check", kind + ".yaml", cwd=folder), kind)
+    check("there already" in cleave("new", "ucs", "ucs.yaml", cwd=folder, expect=2), "new overwrites")
+    check("not covered yet" in cleave("new", "cutting", cwd=folder, expect=2), "new cutting")
+    check("did you mean ucs" in cleave("new", "usc", cwd=folder, expect=2), "new usc")
+    check("not covered yet" in cleave("report", "x", cwd=folder, expect=2), "report")
+    check("did you mean run" in cleave("rnu", cwd=folder, expect=2), "rnu")
+    check("did you mean --threads" in cleave("run", "ucs.yaml", "--thread", "2", cwd=folder, expect=2), "--thread")
+    check("whole number" in cleave("run", "ucs.yaml", "--threads", "0", cwd=folder, expect=2), "--threads 0")
+    check("key=value" in cleave("run", "ucs.yaml", "--set", "nonsense", cwd=folder, expect=2), "--set nonsense")
+    check("no option" in cleave("check", "ucs.yaml", "--resume", cwd=folder, expect=2), "check --resume")
+    check("one scene" in cleave("run", cwd=folder, expect=2), "run without a scene")
+    check("nowhere.yaml" in cleave("run", "nowhere.yaml", cwd=folder, expect=2), "no such file")
+    check("--set" in cleave("run", "ucs.yaml", "--set", "time.edn=1 s", cwd=folder, expect=2), "--set of an unknown key")
+    check(sorted(os.listdir(folder)) == ["elastic.yaml", "ucs.yaml"], "something was written:", os.listdir(folder))
+
+    write(folder, "fem.yaml", FEM)
+    cleave("run", "fem.yaml", "--stop-after", "5", "--", "-log_view", ":log.txt", cwd=folder)
+    check("Event" in read(folder, "log.txt").decode(), "PETSc's options do not arrive")
+    text = cleave("info", "results/fem", cwd=folder)
+    check("state: stopped" in text and "plan.elements: 100" in text and "frames" in text, text)
+    check("displacement" in cleave("info", "results/fem/fields.h5", cwd=folder), "info fields.h5")
+    text = cleave("info", "results/fem/checkpoint.h5", cwd=folder)
+    check("run/step" in text and "= 5" in text, text)
+    check("not exist" in cleave("info", "nothing", cwd=folder, expect=2), "info of nothing")
+    check("HDF5" in cleave("info", "fem.yaml", cwd=folder, expect=2), "info of a text")
+    resolved = read(folder, "results", "fem", "resolved.yaml").decode()
+    check("step" in resolved and "derived" in resolved and "default" in resolved and "user" in resolved, resolved)
+
+
+def test_pack(folder):
+    write(folder, "dem.yaml", DEM)
+    text = cleave("pack", "dem.yaml", cwd=folder)
+    here = os.path.join(folder, "results", "dem")
+    report = json.loads(read(here, "packing.json"))
+    check(report["particles"] > 50 and 0 < report["porosity"] < 0.5, report)
+    check("porosity" in text, text)
+    rows = [line for line in read(here, "packing.csv").decode().splitlines() if re.match(r"[-0-9.]", line)]
+    check(len(rows) == report["particles"], len(rows), "rows for", report["particles"], "particles")
+    check(read(here, "packing.png")[:4] == b"\x89PNG", "no picture")
+    write(folder, "fem.yaml", FEM)
+    check("no particles" in cleave("pack", "fem.yaml", cwd=folder, expect=2), "pack of elements")
+
+    # its own packing read back is the same run
+    cleave("run", "dem.yaml", "--output", "made", "--stop-after", "10", cwd=folder)
+    write(folder, "own.yaml", DEM.replace("{radius: 4 mm, spread: 0.2, seed: 1}", "{file: results/dem/packing.csv}"))
+    cleave("run", "own.yaml", "--output", "read", "--stop-after", "10", cwd=folder)
+    same_results(os.path.join(folder, "made"), os.path.join(folder, "read"))
+
+
+def test_plots(folder):
+    write(folder, "fem.yaml", FEM + "  plots:\n    - {x: time, y: displacement(xmax).y, file: tip.png}\n")
+    cleave("run", "fem.yaml", cwd=folder)
+    check(read(folder, "results", "fem", "tip.png")[:4] == b"\x89PNG", "no plot")
+
+
+def test_failure(folder):
+    """A run that loses its balance: exit 1, the summary says so, no NaN is written."""
+    write(folder, "dem.yaml", DEM)
+    scene = DEM.replace("ramp: {to: -10 mm/s, over: 20 us}", "table: [[0 us, 0 m/s], [1 us, -4000 m/s]]")
+    write(folder, "dem.yaml", scene)
+    done = subprocess.run([CLEAVE, "run", "dem.yaml", "--set", "time.end=1 ms"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
+    check(done.returncode in (0, 1), done.returncode, done.stdout)
+    state = summary(folder, "results", "dem")
+    check((state["state"] == "failed") == (done.returncode == 1), state["state"])
+    check(b"nan" not in read(folder, "results", "dem", "history.csv").lower(), "NaN in history.csv")
+    for name, data in frames(os.path.join(folder, "results", "dem")).items():
+        check(numpy.isfinite(data).all(), "not finite:", name)
+
+
+def test_ranks(folder):
+    """Particles on two ranks are refused in words; elements run there and tell the same story."""
+    write(folder, "fem.yaml", FEM)
+    write(folder, "dem.yaml", DEM)
+    mpi = ["mpiexec", "--oversubscribe", "-n", "2", CLEAVE, "run"]
+    done = subprocess.run(mpi + ["dem.yaml"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
+    check(done.returncode == 2 and "one rank" in done.stdout, done.returncode, done.stdout)
+    bad = subprocess.run(mpi + ["fem.yaml", "--set", "time.end=3 kg"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
+    check(bad.returncode == 2 and bad.stdout.count("3 kg") == 1, bad.returncode, bad.stdout)
+    check(not os.path.exists(os.path.join(folder, "results")), "something was written")
+    done = subprocess.run(mpi + ["fem.yaml", "--output", "two"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
+    check(done.returncode == 0, done.returncode, done.stdout)
+    cleave("run", "fem.yaml", "--output", "one", cwd=folder)
+    check(summary(folder, "two")["plan"]["ranks"] == 2, "not two ranks")
+    one, two = (numpy.genfromtxt(os.path.join(folder, name, "history.csv"), delimiter=",", skip_header=1) for name in ("one", "two"))
+    names = read(folder, "one", "history.csv").decode().splitlines()[0].split(",")
+    check(one.shape == two.shape, one.shape, two.shape)
+    for column, name in enumerate(names):
+        if "ledger_error" in name:
+            continue
+        scale = abs(one[:, column]).max()
+        check(abs(one[:, column] - two[:, column]).max() <= 1e-9 * scale + 1e-300, name, "differs between one and two ranks")
+
+
+def test_cantilever(folder):
+    """examples/elastic_cantilever: Timoshenko's tip deflection within 0.5 %."""
+    cleave("run", os.path.join(SOURCE, "examples/elastic_cantilever/scene.yaml"), "--output", "out", cwd=folder)
+    names = read(folder, "out", "history.csv").decode().splitlines()[0].split(",")
+    last = dict(zip((name.split("[")[0] for name in names), numpy.genfromtxt(os.path.join(folder, "out", "history.csv"), delimiter=",", skip_header=1)[-1]))
+    length, height, young, poisson, force = 0.2, 0.02, 210e9, 0.3, 400.0
+    shear = young / (2 * (1 + poisson))
+    kappa = 10 * (1 + poisson) / (12 + 11 * poisson)
+    tip = force * length ** 3 / (3 * young * height ** 4 / 12) + force * length / (kappa * shear * height ** 2)
+    check(abs(-last["displacement(tip).z"] / tip - 1) < 0.005, "tip", last["displacement(tip).z"], "Timoshenko", tip)
+    check(abs(last["reaction(clamp).z"] / force - 1) < 1e-6, "reaction", last["reaction(clamp).z"])
+
+
+def test_cylinder(folder):
+    """examples/elastic_cylinder: E and nu within 1 %."""
+    cleave("run", os.path.join(SOURCE, "examples/elastic_cylinder/scene.yaml"), "--output", "out", cwd=folder)
+    done = subprocess.run([sys.executable, os.path.join(SOURCE, "examples/elastic_cylinder/read_off.py"), os.path.join(folder, "out")], stdout=subprocess.PIPE, text=True, check=True)
+    young, poisson = (float(re.search(key + r"\s*=\s*([-0-9.e+]+)", done.stdout).group(1)) for key in ("young", "poisson"))
+    check(abs(young / 30e9 - 1) < 0.01, done.stdout)
+    check(abs(poisson / 0.2 - 1) < 0.01, done.stdout)
+
+
+def main():
+    for name in sys.argv[3:]:
+        folder = tempfile.mkdtemp(prefix="cleave-" + name + "-")
+        try:
+            globals()["test_" + name](folder)
+            print(name, "passed")
+        except Failed as failure:
+            print(name, "FAILED:", failure)
+            return 1
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
