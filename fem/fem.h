@@ -22,10 +22,12 @@ typedef struct {
   const PetscReal *x;        /* [n_nodes][dim] reference position [m] */
   PetscReal       *u, *v;    /* [n_nodes][dim] displacement [m], half-step velocity [m/s] */
   const PetscReal *mass;     /* [n_nodes] lumped mass [kg] */
-  PetscReal       *f_ext;    /* [n_nodes][dim] force from outside [N]; callers add, the step clears it */
+  PetscReal       *f_ext;    /* [n_nodes][dim] force from outside [N]; callers add, the step clears it. Whoever adds a force
+                                books its work: the model's ledger counts loads and supports only */
 } FemState;
 
 PetscErrorCode FemModelCreate(MPI_Comm comm, FemModel *model);
+PetscErrorCode FemModelSetName(FemModel model, const char *name); /* heads its block in frames; "fem" unless set */
 PetscErrorCode FemModelSetKind(FemModel model, FemKind kind, PetscReal thickness); /* thickness [m], ignored for a solid */
 PetscErrorCode FemModelSetMethod(FemModel model, FemMethod method);
 PetscErrorCode FemModelSetMesh(FemModel model, const Mesh *mesh); /* copies what it needs; call before groups are named */
@@ -52,6 +54,9 @@ PetscErrorCode FemModelGetCriticalStep(FemModel model, PetscReal *dt);
 PetscErrorCode FemModelGetStableStep(FemModel model, PetscReal *dt);
 
 PetscErrorCode FemModelGetStepper(FemModel model, Stepper *stepper); /* borrowed from the model */
+/* A field gathered to rank 0 in the mesh's order: "displacement", "velocity", "reaction" [nodes][3]; "stress" [Pa], "strain"
+   [elements][6] Voigt xx yy zz xy yz zx, element means. data is the caller's; ignored on other ranks. Collective. */
+PetscErrorCode FemModelGetField(FemModel model, const char *name, PetscReal *data);
 PetscErrorCode FemModelGetState(FemModel model, FemState *state);
 PetscErrorCode FemModelRestoreState(FemModel model, FemState *state);
 PetscErrorCode FemModelGetCounts(FemModel model, PetscInt *nodes, PetscInt *elements, PetscInt *dofs); /* global */

@@ -1,0 +1,324 @@
+/*
+  fem_element.c - tri3, quad4, tet4, hex8 with full integration.
+
+  Isoparametric: x = sum N_a x_a, J = dx/dxi, grad N_a = J^-T dN_a/dxi. The triangle and the tetrahedron have one point
+  (their strain is constant), the quadrilateral 2 x 2 and the hexahedron 2 x 2 x 2 Gauss points. Each kernel is written
+  once for any (nodes, dim, points) and inlined with constants, so the compiler unrolls it.
+*/
+#include "fem_element.h"
+
+#define GAUSS 0.57735026918962576 /* 1/sqrt(3) */
+
+static const PetscReal tri_corner[3][3]  = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+static const PetscReal tet_corner[4][3]  = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+static const PetscReal cube_corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
+
+/* Shape functions and reference gradients at xi.  Eq. (2.5) */
+static void ShapeAt(MeshCellType type, const PetscReal xi[3], PetscReal N[], PetscReal dN[][3])
+{
+  if (type == MESH_TRI3 || type == MESH_TET4) {
+    const PetscInt dim = type == MESH_TRI3 ? 2 : 3;
+
+    N[0] = 1;
+    for (PetscInt a = 1; a <= dim; a++) {
+      N[a] = xi[a - 1];
+      N[0] -= xi[a - 1];
+    }
+    for (PetscInt a = 0; a <= dim; a++)
+      for (PetscInt i = 0; i < 3; i++) dN[a][i] = i >= dim ? 0 : a == 0 ? -1 : a == i + 1;
+  } else {
+    const PetscInt dim = type == MESH_QUAD4 ? 2 : 3, nodes = dim == 2 ? 4 : 8;
+
+    for (PetscInt a = 0; a < nodes; a++) {
+      PetscReal f[3] = {1, 1, 1};
+
+      for (PetscInt i = 0; i < dim; i++) f[i] = 0.5 * (1 + cube_corner[a][i] * xi[i]);
+      N[a] = f[0] * f[1] * f[2];
+      for (PetscInt i = 0; i < 3; i++) dN[a][i] = i >= dim ? 0 : 0.5 * cube_corner[a][i] * f[(i + 1) % 3] * f[(i + 2) % 3];
+    }
+  }
+}
+
+static void FillShape(FemShape *s)
+{
+  PetscReal unused[FEM_MAX_NODES];
+
+  for (PetscInt q = 0; q < s->points; q++) {
+    PetscReal xi[3];
+
+    for (PetscInt i = 0; i < 3; i++) xi[i] = s->type == MESH_TRI3 ? 1.0 / 3 : s->type == MESH_TET4 ? 0.25 : GAUSS * cube_corner[q][i];
+    s->weight[q] = s->type == MESH_TRI3 ? 0.5 : s->type == MESH_TET4 ? 1.0 / 6 : 1;
+    ShapeAt(s->type, xi, s->N[q], s->dN[q]);
+  }
+  for (PetscInt a = 0; a < s->nodes; a++) ShapeAt(s->type, s->type == MESH_TRI3 ? tri_corner[a] : s->type == MESH_TET4 ? tet_corner[a] : cube_corner[a], unused, s->dN_corner[a]);
+}
+
+const FemShape *FemShapeGet(MeshCellType type)
+{
+  static FemShape shape[4] = {
+    {.type = MESH_TRI3, .dim = 2, .nodes = 3, .points = 1, .faces = 3, .face_nodes = 2, .face = {{0, 1}, {1, 2}, {2, 0}}, .vtk = 5},
+    {.type = MESH_QUAD4, .dim = 2, .nodes = 4, .points = 4, .faces = 4, .face_nodes = 2, .face = {{0, 1}, {1, 2}, {2, 3}, {3, 0}}, .vtk = 9},
+    {.type = MESH_TET4, .dim = 3, .nodes = 4, .points = 1, .faces = 4, .face_nodes = 3, .face = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}, .vtk = 10},
+    {.type = MESH_HEX8, .dim = 3, .nodes = 8, .points = 8, .faces = 6, .face_nodes = 4, .face = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}}, .vtk = 12},
+  };
+  static PetscBool filled = PETSC_FALSE;
+
+  if (!filled) {
+    for (PetscInt k = 0; k < 4; k++) FillShape(&shape[k]);
+    filled = PETSC_TRUE;
+  }
+  for (PetscInt k = 0; k < 4; k++)
+    if (shape[k].type == type) return &shape[k];
+  return NULL;
+}
+
+/* J = sum x_a dN_a and its determinant; inverse[i][j] = dxi_i/dx_j when det is not 0. */
+static inline PetscReal Jacobian(PetscInt nodes, PetscInt dim, const PetscReal *x, const PetscReal dN[][3], PetscReal J[3][3])
+{
+  for (PetscInt i = 0; i < dim; i++)
+    for (PetscInt j = 0; j < dim; j++) J[i][j] = 0;
+  for (PetscInt a = 0; a < nodes; a++)
+    for (PetscInt i = 0; i < dim; i++)
+      for (PetscInt j = 0; j < dim; j++) J[i][j] += x[a * dim + i] * dN[a][j];
+  if (dim == 2) return J[0][0] * J[1][1] - J[0][1] * J[1][0];
+  return J[0][0] * (J[1][1] * J[2][2] - J[1][2] * J[2][1]) - J[0][1] * (J[1][0] * J[2][2] - J[1][2] * J[2][0]) + J[0][2] * (J[1][0] * J[2][1] - J[1][1] * J[2][0]);
+}
+
+static inline void Inverse(PetscInt dim, PetscReal J[3][3], PetscReal det, PetscReal inverse[3][3])
+{
+  const PetscReal s = 1 / det;
+
+  if (dim == 2) {
+    inverse[0][0] = s * J[1][1];
+    inverse[0][1] = -s * J[0][1];
+    inverse[1][0] = -s * J[1][0];
+    inverse[1][1] = s * J[0][0];
+    return;
+  }
+  for (PetscInt i = 0; i < 3; i++)
+    for (PetscInt j = 0; j < 3; j++) {
+      const PetscInt r = (j + 1) % 3, t = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
+
+      inverse[i][j] = s * (J[r][c] * J[t][d] - J[r][d] * J[t][c]);
+    }
+}
+
+static inline PetscInt Gradients(PetscInt nodes, PetscInt dim, PetscInt points, const FemShape *shape, const PetscReal *restrict x, PetscReal thickness, PetscReal *restrict dN, PetscReal *restrict w)
+{
+  PetscInt bad = 0;
+
+  for (PetscInt q = 0; q < points; q++) {
+    PetscReal       J[3][3], inverse[3][3];
+    const PetscReal det = Jacobian(nodes, dim, x, shape->dN[q], J);
+
+    bad += !(det > 0);
+    w[q] = shape->weight[q] * det * (dim == 2 ? thickness : 1);
+    Inverse(dim, J, det, inverse);
+    for (PetscInt a = 0; a < nodes; a++)
+      for (PetscInt j = 0; j < dim; j++) {
+        PetscReal sum = 0;
+
+        for (PetscInt i = 0; i < dim; i++) sum += shape->dN[q][a][i] * inverse[i][j];
+        dN[(q * nodes + a) * dim + j] = sum;
+      }
+  }
+  return bad;
+}
+
+/* One kernel, four sizes: nodes, dim, points become constants. */
+#define FOR_SHAPE(shape, kernel, ...) \
+  switch ((shape)->type) { \
+  case MESH_TRI3: kernel(3, 2, 1, __VA_ARGS__); break; \
+  case MESH_QUAD4: kernel(4, 2, 4, __VA_ARGS__); break; \
+  case MESH_TET4: kernel(4, 3, 1, __VA_ARGS__); break; \
+  default: kernel(8, 3, 8, __VA_ARGS__); break; \
+  }
+
+PetscInt FemGradients(const FemShape *shape, const PetscReal *x, PetscReal thickness, PetscReal *dN, PetscReal *w)
+{
+  PetscInt bad = 0;
+
+  FOR_SHAPE(shape, bad = Gradients, shape, x, thickness, dN, w)
+  return bad;
+}
+
+PetscReal FemShapeQuality(const FemShape *shape, const PetscReal *x)
+{
+  const PetscInt dim   = shape->dim;
+  PetscReal      worst = 1;
+
+  for (PetscInt c = 0; c < shape->nodes; c++) {
+    PetscReal       J[3][3], size = 1;
+    const PetscReal det = Jacobian(shape->nodes, dim, x, shape->dN_corner[c], J);
+
+    for (PetscInt j = 0; j < dim; j++) {
+      PetscReal sum = 0;
+
+      for (PetscInt i = 0; i < dim; i++) sum += J[i][j] * J[i][j];
+      size *= PetscSqrtReal(sum);
+    }
+    worst = PetscMin(worst, size > 0 ? det / size : 0);
+  }
+  return worst;
+}
+
+static inline void Stiffness(PetscInt nodes, PetscInt dim, PetscInt points, const FemElastic *law, const PetscReal *restrict dN, const PetscReal *restrict w, PetscReal *restrict K)
+{
+  const PetscInt n = nodes * dim;
+
+  for (PetscInt k = 0; k < n * n; k++) K[k] = 0;
+  for (PetscInt q = 0; q < points; q++) {
+    const PetscReal *g      = &dN[q * nodes * dim];
+    const PetscReal  lambda = w[q] * law->lambda, mu = w[q] * law->mu;
+
+    for (PetscInt a = 0; a < nodes; a++)
+      for (PetscInt b = 0; b < nodes; b++) {
+        PetscReal dot = 0;
+
+        for (PetscInt i = 0; i < dim; i++) dot += g[a * dim + i] * g[b * dim + i];
+        for (PetscInt i = 0; i < dim; i++)
+          for (PetscInt j = 0; j < dim; j++)
+            K[(a * dim + i) * n + b * dim + j] += lambda * g[a * dim + i] * g[b * dim + j] + mu * g[a * dim + j] * g[b * dim + i] + (i == j ? mu * dot : 0);
+      }
+  }
+}
+
+void FemStiffness(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, PetscReal *K)
+{
+  FOR_SHAPE(shape, Stiffness, law, dN, w, K)
+}
+
+static inline void Force(PetscInt nodes, PetscInt dim, PetscInt points, const FemElastic *law, const PetscReal *restrict dN, const PetscReal *restrict w, const PetscReal *restrict u, PetscReal *restrict f)
+{
+  for (PetscInt k = 0; k < nodes * dim; k++) f[k] = 0;
+  for (PetscInt q = 0; q < points; q++) {
+    const PetscReal *g = &dN[q * nodes * dim];
+    PetscReal        h[3][3], s[3][3], trace = 0;
+
+    for (PetscInt i = 0; i < dim; i++)
+      for (PetscInt j = 0; j < dim; j++) {
+        h[i][j] = 0;
+        for (PetscInt a = 0; a < nodes; a++) h[i][j] += u[a * dim + i] * g[a * dim + j];
+      }
+    for (PetscInt i = 0; i < dim; i++) trace += h[i][i];
+    for (PetscInt i = 0; i < dim; i++)
+      for (PetscInt j = 0; j < dim; j++) s[i][j] = w[q] * (law->mu * (h[i][j] + h[j][i]) + (i == j ? law->lambda * trace : 0));
+    for (PetscInt a = 0; a < nodes; a++)
+      for (PetscInt i = 0; i < dim; i++)
+        for (PetscInt j = 0; j < dim; j++) f[a * dim + i] += s[i][j] * g[a * dim + j];
+  }
+}
+
+void FemForce(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const PetscReal *u, PetscReal *f)
+{
+  FOR_SHAPE(shape, Force, law, dN, w, u, f)
+}
+
+void FemLumpedMass(const FemShape *shape, PetscReal density, const PetscReal *w, PetscReal *m)
+{
+  for (PetscInt a = 0; a < shape->nodes; a++) {
+    m[a] = 0;
+    for (PetscInt q = 0; q < shape->points; q++) m[a] += density * w[q] * shape->N[q][a];
+  }
+}
+
+void FemMeanStress(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const PetscReal *u, PetscReal *strain, PetscReal *stress)
+{
+  const PetscInt dim = shape->dim, nodes = shape->nodes;
+  PetscReal      h[3][3] = {{0}}, volume = 0, trace;
+
+  for (PetscInt q = 0; q < shape->points; q++) {
+    volume += w[q];
+    for (PetscInt a = 0; a < nodes; a++)
+      for (PetscInt i = 0; i < dim; i++)
+        for (PetscInt j = 0; j < dim; j++) h[i][j] += w[q] * u[a * dim + i] * dN[(q * nodes + a) * dim + j];
+  }
+  for (PetscInt i = 0; i < dim; i++)
+    for (PetscInt j = 0; j < dim; j++) h[i][j] /= volume;
+  trace = h[0][0] + h[1][1] + h[2][2];
+  if (strain) {
+    for (PetscInt i = 0; i < 3; i++) {
+      strain[i]     = h[i][i];
+      strain[3 + i] = h[i][(i + 1) % 3] + h[(i + 1) % 3][i];
+    }
+    if (dim == 2) strain[2] = law->ezz * trace;
+  }
+  if (stress) {
+    for (PetscInt i = 0; i < 3; i++) {
+      stress[i]     = 2 * law->mu * h[i][i] + law->lambda * trace;
+      stress[3 + i] = law->mu * (h[i][(i + 1) % 3] + h[(i + 1) % 3][i]);
+    }
+    if (dim == 2) stress[2] = law->szz * trace;
+  }
+}
+
+/* Largest eigenvalue of A <= (tr A^m)^(1/m) for m = 2^k, A symmetric and not negative; k = 6 loses at most n^(1/64). */
+static inline PetscReal PowerTrace(PetscInt n, PetscReal *restrict A, PetscReal *restrict B)
+{
+  PetscReal log_scale = 0, power = 1, trace = 0;
+
+  for (PetscInt k = 0;; k++) {
+    trace = 0;
+    for (PetscInt i = 0; i < n; i++) trace += A[i * n + i];
+    if (!(trace > 0)) return 0;
+    if (k == 6) break;
+    for (PetscInt i = 0; i < n * n; i++) A[i] /= trace; /* A = scale^(2^k) times this */
+    log_scale += PetscLogReal(trace) / power;
+    power *= 2;
+    for (PetscInt i = 0; i < n; i++) {
+      for (PetscInt j = 0; j < n; j++) B[i * n + j] = 0;
+      for (PetscInt l = 0; l < n; l++)
+        for (PetscInt j = 0; j < n; j++) B[i * n + j] += A[i * n + l] * A[l * n + j];
+    }
+    for (PetscInt i = 0; i < n * n; i++) A[i] = B[i];
+  }
+  return PetscExpReal(log_scale + PetscLogReal(trace) / power) * (1 + 1e-10); /* round-off stays on the safe side */
+}
+
+PetscReal FemEigenBound(PetscInt nodes, PetscInt dim, const PetscReal *K, const PetscReal *m)
+{
+  const PetscInt n = nodes * dim;
+  PetscReal      A[FEM_MAX_DOFS * FEM_MAX_DOFS], B[FEM_MAX_DOFS * FEM_MAX_DOFS];
+
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt j = 0; j < n; j++) A[i * n + j] = K[i * n + j] / PetscSqrtReal(m[i / dim] * m[j / dim]);
+  switch (n) {
+  case 6: return PowerTrace(6, A, B);
+  case 8: return PowerTrace(8, A, B);
+  case 12: return PowerTrace(12, A, B);
+  default: return PowerTrace(24, A, B);
+  }
+}
+
+void FemFaceIntegrals(PetscInt dim, PetscInt n, const PetscReal *x, PetscReal thickness, PetscReal *N_dA, PetscReal *N_n_dA)
+{
+  for (PetscInt a = 0; a < n; a++) {
+    N_dA[a] = 0;
+    for (PetscInt i = 0; i < dim; i++) N_n_dA[a * dim + i] = 0;
+  }
+  if (dim == 2) { /* straight: half to each end; the normal is the edge turned by -90 degrees */
+    const PetscReal ex = x[2] - x[0], ey = x[3] - x[1], half = 0.5 * thickness;
+
+    for (PetscInt a = 0; a < 2; a++) {
+      N_dA[a]           = half * PetscSqrtReal(ex * ex + ey * ey);
+      N_n_dA[2 * a]     = half * ey;
+      N_n_dA[2 * a + 1] = -half * ex;
+    }
+    return;
+  }
+  for (PetscInt q = 0; q < (n == 3 ? 1 : 4); q++) {
+    const PetscReal third[3] = {1.0 / 3, 1.0 / 3, 0}, gauss[3] = {GAUSS * cube_corner[q][0], GAUSS * cube_corner[q][1], 0};
+    PetscReal       N[8], dN[8][3], t[2][3] = {{0}}, normal[3], area;
+
+    ShapeAt(n == 3 ? MESH_TRI3 : MESH_QUAD4, n == 3 ? third : gauss, N, dN);
+    for (PetscInt a = 0; a < n; a++)
+      for (PetscInt j = 0; j < 2; j++)
+        for (PetscInt i = 0; i < 3; i++) t[j][i] += x[3 * a + i] * dN[a][j];
+    for (PetscInt i = 0; i < 3; i++) normal[i] = (n == 3 ? 0.5 : 1) * (t[0][(i + 1) % 3] * t[1][(i + 2) % 3] - t[0][(i + 2) % 3] * t[1][(i + 1) % 3]);
+    area = PetscSqrtReal(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    for (PetscInt a = 0; a < n; a++) {
+      N_dA[a] += N[a] * area;
+      for (PetscInt i = 0; i < 3; i++) N_n_dA[3 * a + i] += N[a] * normal[i];
+    }
+  }
+}

@@ -1,0 +1,184 @@
+/*
+  fem_impl.h - the insides of a FemModel, shared by the files of fem/ only.
+
+  Ranks. DMPlex partitions the cells with one layer of overlap. A rank keeps the elements it owns and those that touch
+  a node it owns, so every row of an owned node is complete here: owners compute, and ghosts receive motion only.
+  Owned nodes come first, then ghosts, each in the order of their global number, which is the mesh's. Sums into a node run
+  over elements in global order: the same bits whatever the number of ranks and threads.
+*/
+#pragma once
+#include <petscdmplex.h>
+#include <petscksp.h>
+#include <petscsf.h>
+#include "fem.h"
+#include "fem_body.h"
+#include "fem_element.h"
+
+/* A named part of the mesh on this rank. */
+typedef struct {
+  char      name[128];
+  PetscInt  dim;
+  PetscInt  n_nodes;
+  PetscInt *node; /* [n_nodes] owned nodes, ascending */
+  PetscInt  n_cells;
+  PetscInt *cell; /* [n_cells] local elements; dim == model's */
+  PetscInt  n_facets;
+  PetscInt *facet_cell, *facet_face; /* [n_facets] element and side; dim == model's - 1 */
+  PetscInt  interior, loose;         /* facets with an element on both sides, with none; of the whole mesh */
+  PetscInt  n_nodes_global;
+} FemGroup;
+
+typedef struct {
+  PetscInt  group, component;
+  FemMotion motion;
+  Table     table;
+} FemFix;
+
+typedef enum { FEM_TRACTION, FEM_PRESSURE } FemLoadKind;
+
+/* Nodal forces of a unit value on owned nodes; the table scales them. */
+typedef struct {
+  FemLoadKind kind;
+  PetscInt    group;
+  PetscReal   direction[3];
+  Table       table;
+  PetscInt    n;
+  PetscInt   *node;  /* [n] owned */
+  PetscReal  *force; /* [n][dim] [N] per unit of the table */
+} FemLoad;
+
+typedef struct {
+  PetscInt    group; /* -1 = the whole body */
+  FemMaterial material;
+} FemRegion;
+
+typedef enum { FEM_HIST_REACTION, FEM_HIST_DISPLACEMENT, FEM_HIST_VELOCITY } FemQuantity;
+
+typedef struct {
+  FemQuantity quantity;
+  PetscInt    group, component;
+} FemHistory;
+
+/* Block rows of owned nodes. Row i: columns col[start[i]..start[i+1]) in global node order; values dim scalar rows of
+   dim*m numbers each, so that a row is dim long dot products. */
+typedef struct {
+  PetscInt  *start; /* [n_own + 1] */
+  PetscInt  *col;   /* [start[n_own]] local nodes */
+  PetscReal *value; /* [start[n_own]*dim*dim] [N/m] */
+  PetscInt   longest;
+} FemRows;
+
+typedef enum { FEM_ROWS, FEM_ELEMENTS } FemOperator;
+
+struct _p_FemModel {
+  MPI_Comm    comm;
+  PetscMPIInt rank, size;
+  char        name[128];
+  FemKind     kind;
+  FemMethod   method;
+  FemOperator operator;
+  PetscReal   thickness, alpha, gravity[3], velocity0[3];
+  PetscInt    threads;
+  PetscBool   has_mesh, ready;
+
+  /* mesh */
+  PetscInt   dim, N_nodes, N_cells; /* global */
+  PetscInt   n_own, n_loc;          /* owned nodes, with ghosts */
+  PetscInt   n_cells, n_cells_own;  /* kept elements; owned ones carry own[] = 1 */
+  PetscInt  *gid;                   /* [n_loc] global node number */
+  PetscInt  *cell_gid, *own;        /* [n_cells] */
+  PetscInt  *cell_start, *cell_node; /* [n_cells + 1], local nodes */
+  PetscInt  *cell_type, *cell_material; /* [n_cells] MeshCellType; index into region, -1 = none yet */
+  PetscReal *x;                     /* [n_loc][dim] */
+  PetscSF    ghosts;                /* owned nodes -> ghosts elsewhere */
+  PetscSF    home, home_cells;      /* rank 0's arrays in global order -> owned nodes, owned elements */
+  PetscInt   n_groups;
+  FemGroup  *group;
+  char       source[BASE_LINE];
+  /* rank 0 only: the whole mesh, for frames and messages */
+  PetscReal     *x_all;    /* [N_nodes][3] */
+  PetscInt      *start_all, *node_all, *id_all, *cell_id_all;
+  unsigned char *vtk_all;
+
+  /* what the user asked for */
+  PetscInt    n_regions, n_fixes, n_loads, n_history;
+  FemRegion  *region;
+  FemFix     *fix;
+  FemLoad    *load;
+  FemHistory *history;
+  char      **history_name;
+  const char **history_unit;
+
+  /* set up */
+  FemElastic *law;    /* [n_regions] */
+  PetscInt   *fixed;  /* [n_loc*dim] index into fix, -1 = free */
+  PetscInt    n_fixed_own;
+  PetscInt   *fixed_dof; /* [n_fixed_own] owned dofs, ascending */
+  PetscReal  *mass;      /* [n_own] [kg] */
+  FemRows     rows;
+  PetscReal   bound, critical, scale; /* [s], [s] 0 = not yet computed, [J] */
+  PetscReal  *cell_dN, *cell_w, *cell_f; /* element operator: gradients, weights, forces */
+  PetscInt   *cell_point, *cell_at;      /* [n_cells] first point, first entry of dN; */
+  PetscInt   *touch_start, *touch;       /* [n_own + 1], entries of cell_f rows that add to a node */
+
+  /* state at t */
+  PetscReal  t, dt_last;
+  PetscBool  started;
+  PetscReal *u;     /* [n_loc*dim] */
+  PetscReal *v;     /* [n_own*dim] explicit: at the last half step (at t = 0: v there); static: mean over the last step */
+  PetscReal *v_next; /* [n_own*dim] explicit: at the coming half step, once the level is closed */
+  PetscReal *f_int, *f_app, *f_ext, *reaction; /* [n_own*dim] */
+  PetscReal *load_value; /* [n_loads] tables at the last evaluation */
+  PetscBool  loads_known, level_known;
+  PetscReal  level_dt, level_sum[4]; /* eq. (2.19): work and damping of the half step before, then after; this rank */
+  PetscReal  work, damping, work_in, initial; /* [J] all ranks */
+  PetscBool  lent;
+
+  /* static */
+  Mat      K;
+  KSP      ksp;
+  Vec      rhs, solution;
+  PetscReal diagonal;
+  Stepper   stepper;
+};
+
+extern PetscLogEvent FEM_SetUpMesh, FEM_Assemble, FEM_Force, FEM_Solve, FEM_Eigen;
+
+/* fem_model.c */
+PetscErrorCode FemFindGroup(FemModel model, const char *name, PetscInt *group);
+PetscErrorCode FemAgree(MPI_Comm comm, const char *words); /* rank 0's words, if any, are everyone's error */
+/* fem_mesh.c */
+PetscErrorCode FemMeshDestroy(FemModel model);
+PetscErrorCode FemGhosts(FemModel model, PetscReal *u);                                        /* [n_loc*dim] owners to ghosts */
+PetscErrorCode FemGather(FemModel model, PetscSF home, PetscInt m, const PetscReal *own, PetscReal *all); /* m numbers each */
+PetscErrorCode FemScatter(FemModel model, PetscSF home, PetscInt m, const PetscReal *all, PetscReal *own);
+/* fem_setup.c */
+PetscErrorCode FemSetUpMaterials(FemModel model);
+PetscErrorCode FemSetUpFixes(FemModel model);
+PetscErrorCode FemSetUpMass(FemModel model);
+PetscErrorCode FemCheckRigidMotion(FemModel model);
+/* fem_load.c */
+PetscErrorCode FemSetUpLoads(FemModel model);
+PetscErrorCode FemLoadsAt(FemModel model, PetscReal t); /* f_app */
+PetscReal      FemFixPosition(const FemFix *fix, PetscReal t);
+PetscReal      FemFixVelocity(const FemFix *fix, PetscReal t);
+/* fem_operator.c */
+PetscErrorCode FemRowsCreate(FemModel model);
+PetscErrorCode FemRowsDestroy(FemModel model);
+PetscErrorCode FemElementsCreate(FemModel model);
+PetscErrorCode FemElementsDestroy(FemModel model);
+PetscErrorCode FemApply(FemModel model, const PetscReal *u, PetscReal *f); /* f [n_own*dim] = K u, ghosts of u filled */
+void           FemCellGeometry(FemModel model, PetscInt cell, PetscReal *dN, PetscReal *w);
+void           FemCellGather(FemModel model, PetscInt cell, const PetscReal *u, PetscReal *ue);
+PetscReal      FemDot(FemModel model, const PetscReal *a, const PetscReal *b); /* owned dofs of this rank, same bits for any threads */
+PetscErrorCode FemSum(FemModel model, PetscInt n, PetscReal *value);           /* over ranks */
+/* fem_eigen.c */
+PetscErrorCode FemBoundStep(FemModel model);
+/* fem_static.c, fem_explicit.c */
+PetscErrorCode FemStaticSetUp(FemModel model);
+PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt);
+PetscErrorCode FemExplicitSetUp(FemModel model);
+PetscErrorCode FemExplicitStep(void *ctx, PetscReal t, PetscReal dt);
+PetscErrorCode FemExplicitLevel(FemModel model, PetscReal dt);
+/* fem_stepper.c */
+PetscErrorCode FemSetUpStepper(FemModel model);

@@ -1,0 +1,333 @@
+/* fem_model.c - a FemModel's life: create, say what it is made of and what acts on it, set up, destroy. */
+#include "fem_impl.h"
+
+PetscLogEvent FEM_SetUpMesh, FEM_Assemble, FEM_Force, FEM_Solve, FEM_Eigen;
+
+static PetscErrorCode RegisterEvents(void)
+{
+  static PetscBool done = PETSC_FALSE;
+  PetscClassId     id;
+
+  PetscFunctionBegin;
+  if (done) PetscFunctionReturn(PETSC_SUCCESS);
+  done = PETSC_TRUE;
+  PetscCall(PetscClassIdRegister("FemModel", &id));
+  PetscCall(PetscLogEventRegister("FEM_SetUpMesh", id, &FEM_SetUpMesh));
+  PetscCall(PetscLogEventRegister("FEM_Assemble", id, &FEM_Assemble));
+  PetscCall(PetscLogEventRegister("FEM_Force", id, &FEM_Force));
+  PetscCall(PetscLogEventRegister("FEM_Solve", id, &FEM_Solve));
+  PetscCall(PetscLogEventRegister("FEM_Eigen", id, &FEM_Eigen));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemAgree(MPI_Comm comm, const char *words)
+{
+  char text[BASE_LINE] = "";
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(text, words, sizeof(text)));
+  PetscCallMPI(MPI_Bcast(text, BASE_LINE, MPI_CHAR, 0, comm));
+  BaseCheckInput(!text[0], comm, "%s", text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelCreate(MPI_Comm comm, FemModel *model)
+{
+  FemModel m;
+
+  PetscFunctionBegin;
+  PetscCall(RegisterEvents());
+  PetscCall(PetscNew(&m));
+  m->comm = comm;
+  PetscCallMPI(MPI_Comm_rank(comm, &m->rank));
+  PetscCallMPI(MPI_Comm_size(comm, &m->size));
+  PetscCall(PetscStrncpy(m->name, "fem", sizeof(m->name)));
+  m->kind      = FEM_SOLID;
+  m->method    = FEM_STATIC;
+  m->operator  = FEM_ROWS;
+  m->thickness = 1;
+  m->threads   = 1;
+  *model       = m;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Setters come before set-up; those that name groups come after the mesh. */
+static PetscErrorCode CheckOpen(FemModel model, PetscBool needs_mesh)
+{
+  PetscFunctionBegin;
+  PetscCheck(model, PETSC_COMM_SELF, PETSC_ERR_ARG_NULL, "FemModel is NULL; call FemModelCreate() first");
+  PetscCheck(!model->ready, model->comm, PETSC_ERR_ORDER, "The FemModel is set up; what it is made of cannot change any more");
+  PetscCheck(!needs_mesh || model->has_mesh, model->comm, PETSC_ERR_ORDER, "Call FemModelSetMesh() before groups are named");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemFindGroup(FemModel model, const char *name, PetscInt *found)
+{
+  const char **names, *near;
+  PetscBool    same;
+  char         hint[256] = "the mesh has no named groups";
+
+  PetscFunctionBegin;
+  *found = -1;
+  for (PetscInt g = 0; g < model->n_groups; g++) {
+    PetscCall(PetscStrcmp(model->group[g].name, name, &same));
+    if (same) *found = g;
+  }
+  if (*found >= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(model->n_groups, &names));
+  for (PetscInt g = 0; g < model->n_groups; g++) names[g] = model->group[g].name;
+  near = BaseNearest(name, model->n_groups, names);
+  if (near) PetscCall(BaseFormat(hint, "did you mean '%s'?", near));
+  else if (model->n_groups) PetscCall(BaseFormat(hint, "it has '%s'%s%s%s", names[0], model->n_groups > 1 ? ", '" : "", model->n_groups > 1 ? names[1] : "", model->n_groups > 2 ? "' and others" : model->n_groups > 1 ? "'" : ""));
+  PetscCall(PetscFree(names));
+  BaseCheckInput(*found >= 0, model->comm, "%s: no group is called '%s'; %s", model->source, name, hint);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelSetName(FemModel model, const char *name)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_FALSE));
+  PetscCall(PetscStrncpy(model->name, name, sizeof(model->name)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelSetKind(FemModel model, FemKind kind, PetscReal thickness)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_FALSE));
+  BaseCheckInput(kind == FEM_SOLID || (thickness > 0 && !PetscIsInfOrNanReal(thickness)), model->comm, "A thickness of %g m must be positive", (double)thickness);
+  model->kind      = kind;
+  model->thickness = kind == FEM_SOLID ? 1 : thickness;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelSetMethod(FemModel model, FemMethod method)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_FALSE));
+  model->method = method;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelAddMaterial(FemModel model, const char *group, const FemMaterial *material)
+{
+  FemRegion region = {-1, *material};
+
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_TRUE));
+  BaseCheckInput(material->density > 0 && !PetscIsInfOrNanReal(material->density), model->comm, "Density %g kg/m3 must be positive", (double)material->density);
+  BaseCheckInput(material->young > 0 && !PetscIsInfOrNanReal(material->young), model->comm, "Young's modulus %g Pa must be positive", (double)material->young);
+  BaseCheckInput(material->poisson > -1 && material->poisson < 0.5, model->comm, "Poisson's ratio %g must lie above -1 and below 0.5", (double)material->poisson);
+  if (group[0]) {
+    PetscCall(FemFindGroup(model, group, &region.group));
+    BaseCheckInput(model->group[region.group].dim == model->dim, model->comm, "%s: group '%s' has dimension %d; a material fills a group of dimension %d", model->source, group, (int)model->group[region.group].dim, (int)model->dim);
+  }
+  PetscCall(PetscRealloc(sizeof(FemRegion) * (model->n_regions + 1), &model->region));
+  model->region[model->n_regions++] = region;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelFix(FemModel model, const char *group, PetscInt component, FemMotion motion, const Table *table)
+{
+  FemFix fix = {-1, component, motion, {0}};
+
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_TRUE));
+  BaseCheckInput(component >= 0 && component < model->dim, model->comm, "Group '%s': a body of dimension %d has no component %d to fix", group, (int)model->dim, (int)component);
+  PetscCall(FemFindGroup(model, group, &fix.group));
+  BaseCheckInput(model->group[fix.group].n_nodes_global > 0, model->comm, "%s: group '%s' touches no node of the body, so there is nothing to fix", model->source, group);
+  PetscCall(TableCopy(table, &fix.table));
+  PetscCall(PetscRealloc(sizeof(FemFix) * (model->n_fixes + 1), &model->fix));
+  model->fix[model->n_fixes++] = fix;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode AddLoad(FemModel model, const char *name, FemLoadKind kind, const PetscReal direction[3], const Table *table)
+{
+  FemLoad         load = {.kind = kind};
+  const FemGroup *group;
+  const char     *word = kind == FEM_TRACTION ? "traction" : "pressure";
+
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_TRUE));
+  PetscCall(FemFindGroup(model, name, &load.group));
+  group = &model->group[load.group];
+  BaseCheckInput(group->dim == model->dim - 1, model->comm, "%s: group '%s' has dimension %d; a %s acts on a group of dimension %d", model->source, name, (int)group->dim, word, (int)model->dim - 1);
+  BaseCheckInput(!group->loose, model->comm, "%s: %d cells of group '%s' are not a side of any element of the body; a %s cannot act there", model->source, (int)group->loose, name, word);
+  BaseCheckInput(kind == FEM_TRACTION || !group->interior, model->comm, "%s: %d cells of group '%s' lie inside the body; a pressure needs a free side", model->source, (int)group->interior, name);
+  if (direction) PetscCall(PetscArraycpy(load.direction, direction, 3));
+  PetscCall(TableCopy(table, &load.table));
+  PetscCall(PetscRealloc(sizeof(FemLoad) * (model->n_loads + 1), &model->load));
+  model->load[model->n_loads++] = load;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelAddTraction(FemModel model, const char *group, const PetscReal direction[3], const Table *table)
+{
+  return AddLoad(model, group, FEM_TRACTION, direction, table);
+}
+
+PetscErrorCode FemModelAddPressure(FemModel model, const char *group, const Table *table)
+{
+  return AddLoad(model, group, FEM_PRESSURE, NULL, table);
+}
+
+PetscErrorCode FemModelSetGravity(FemModel model, const PetscReal gravity[3])
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_FALSE));
+  PetscCall(PetscArraycpy(model->gravity, gravity, 3));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelSetInitialVelocity(FemModel model, const PetscReal velocity[3])
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_FALSE));
+  PetscCall(PetscArraycpy(model->velocity0, velocity, 3));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelSetDamping(FemModel model, PetscReal alpha)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_FALSE));
+  BaseCheckInput(alpha >= 0 && !PetscIsInfOrNanReal(alpha), model->comm, "Mass-proportional damping %g 1/s must not be negative", (double)alpha);
+  model->alpha = alpha;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelSetThreads(FemModel model, PetscInt threads)
+{
+  PetscFunctionBegin;
+  PetscCheck(model, PETSC_COMM_SELF, PETSC_ERR_ARG_NULL, "FemModel is NULL; call FemModelCreate() first");
+  BaseCheckInput(threads >= 1, model->comm, "%" PetscInt_FMT " threads; at least 1 is needed", threads);
+  model->threads = threads;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const char *group)
+{
+  static const char *const names[] = {"reaction", "displacement", "velocity"}, *const units[] = {"N", "m", "m/s"};
+  FemHistory               entry = {FEM_HIST_REACTION, -1, 0};
+  PetscBool                same;
+  PetscInt                 found = -1;
+
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_TRUE));
+  for (PetscInt q = 0; q < 3; q++) {
+    PetscCall(PetscStrcmp(quantity, names[q], &same));
+    if (same) found = q;
+  }
+  BaseCheckInput(found >= 0, model->comm, "A finite-element group has no history quantity '%s'; it has reaction, displacement, velocity", quantity);
+  entry.quantity = (FemQuantity)found;
+  PetscCall(FemFindGroup(model, group, &entry.group));
+  BaseCheckInput(model->group[entry.group].n_nodes_global > 0, model->comm, "%s: group '%s' touches no node of the body, so it has no %s", model->source, group, quantity);
+  PetscCall(PetscRealloc(sizeof(FemHistory) * (model->n_history + model->dim), &model->history));
+  PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + model->dim), &model->history_name));
+  PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + model->dim), &model->history_unit));
+  for (entry.component = 0; entry.component < model->dim; entry.component++) {
+    char line[BASE_LINE];
+
+    PetscCall(BaseFormat(line, "%s(%s).%c", quantity, group, "xyz"[entry.component]));
+    PetscCall(PetscStrallocpy(line, &model->history_name[model->n_history]));
+    model->history_unit[model->n_history] = units[found];
+    model->history[model->n_history++]    = entry;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelSetUp(FemModel model)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_TRUE));
+  BaseCheckInput((model->kind == FEM_SOLID) == (model->dim == 3), model->comm, "%s: a mesh of dimension %d, but the model is %s", model->source, (int)model->dim, model->kind == FEM_SOLID ? "a solid" : "plane");
+  PetscOptionsBegin(model->comm, "fem_", "Finite elements", NULL);
+  {
+    PetscBool elements = model->operator == FEM_ELEMENTS;
+
+    PetscCall(PetscOptionsBool("-elements", "Forces element by element instead of by assembled rows", NULL, elements, &elements, NULL));
+    model->operator = elements ? FEM_ELEMENTS : FEM_ROWS;
+  }
+  PetscOptionsEnd();
+  PetscCall(FemSetUpMaterials(model));
+  PetscCall(FemSetUpFixes(model));
+  PetscCall(FemSetUpMass(model));
+  PetscCall(PetscCalloc5(model->n_loc * model->dim, &model->u, model->n_own * model->dim, &model->v, model->n_own * model->dim, &model->f_int, model->n_own * model->dim, &model->f_app, model->n_own * model->dim, &model->f_ext));
+  PetscCall(PetscCalloc2(model->n_own * model->dim, &model->v_next, model->n_own * model->dim, &model->reaction));
+  PetscCall(FemSetUpLoads(model));
+  if (model->method == FEM_STATIC) PetscCall(FemStaticSetUp(model));
+  else PetscCall(FemExplicitSetUp(model));
+  PetscCall(FemSetUpStepper(model));
+  model->ready = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelGetState(FemModel model, FemState *state)
+{
+  PetscFunctionBegin;
+  PetscCheck(model && model->ready, PETSC_COMM_SELF, PETSC_ERR_ORDER, "Call FemModelSetUp() before FemModelGetState()");
+  PetscCheck(model->method == FEM_EXPLICIT && model->size == 1, model->comm, PETSC_ERR_SUP, "The state is lent by explicit models on one rank only");
+  PetscCheck(!model->lent, model->comm, PETSC_ERR_ORDER, "The state is lent already; FemModelRestoreState() first");
+  model->lent = PETSC_TRUE;
+  *state      = (FemState){model->dim, model->n_own, model->x, model->u, model->v, model->mass, model->f_ext};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelRestoreState(FemModel model, FemState *state)
+{
+  PetscFunctionBegin;
+  PetscCheck(model && model->lent, PETSC_COMM_SELF, PETSC_ERR_ORDER, "The state is not lent");
+  model->lent        = PETSC_FALSE;
+  model->level_known = PETSC_FALSE; /* forces or motion may have changed */
+  PetscCall(PetscMemzero(state, sizeof(*state)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelGetCounts(FemModel model, PetscInt *nodes, PetscInt *elements, PetscInt *dofs)
+{
+  PetscFunctionBegin;
+  PetscCheck(model && model->has_mesh, PETSC_COMM_SELF, PETSC_ERR_ORDER, "Call FemModelSetMesh() first");
+  if (nodes) *nodes = model->N_nodes;
+  if (elements) *elements = model->N_cells;
+  if (dofs) *dofs = model->N_nodes * model->dim;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelDestroy(FemModel *model)
+{
+  FemModel m = *model;
+
+  PetscFunctionBegin;
+  if (!m) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FemMeshDestroy(m));
+  PetscCall(FemRowsDestroy(m));
+  PetscCall(FemElementsDestroy(m));
+  for (PetscInt k = 0; k < m->n_fixes; k++) PetscCall(TableDestroy(&m->fix[k].table));
+  for (PetscInt k = 0; k < m->n_loads; k++) {
+    PetscCall(TableDestroy(&m->load[k].table));
+    PetscCall(PetscFree2(m->load[k].node, m->load[k].force));
+  }
+  for (PetscInt k = 0; k < m->n_history; k++) PetscCall(PetscFree(m->history_name[k]));
+  PetscCall(PetscFree(m->history_name));
+  PetscCall(PetscFree(m->history_unit));
+  PetscCall(PetscFree(m->history));
+  PetscCall(PetscFree(m->region));
+  PetscCall(PetscFree(m->fix));
+  PetscCall(PetscFree(m->load));
+  PetscCall(PetscFree(m->law));
+  PetscCall(PetscFree(m->fixed));
+  PetscCall(PetscFree(m->fixed_dof));
+  PetscCall(PetscFree(m->mass));
+  PetscCall(PetscFree(m->load_value));
+  PetscCall(PetscFree5(m->u, m->v, m->f_int, m->f_app, m->f_ext));
+  PetscCall(PetscFree2(m->v_next, m->reaction));
+  PetscCall(KSPDestroy(&m->ksp));
+  PetscCall(MatDestroy(&m->K));
+  PetscCall(VecDestroy(&m->rhs));
+  PetscCall(VecDestroy(&m->solution));
+  PetscCall(PetscFree(*model));
+  *model = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,275 @@
+/*
+  fem_operator.c - internal forces f = K u of owned nodes, in two ways.
+
+  Rows: K assembled once in block rows; a product streams it through memory. Elements: forces of each element from its
+  stored shape gradients, then summed into nodes from a list. Both run in threads over independent outputs and sum in
+  global order, so threads and ranks do not change a bit. fem/README.md has the measured times.
+*/
+#include "fem_impl.h"
+
+/* Elements around each owned node, ascending; entry = element*FEM_MAX_NODES + place in it. */
+static PetscErrorCode BuildTouch(FemModel model, PetscInt **touch_start, PetscInt **touch)
+{
+  PetscInt *start, *list;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(model->n_own + 1, &start));
+  for (PetscInt k = 0; k < model->cell_start[model->n_cells]; k++)
+    if (model->cell_node[k] < model->n_own) start[model->cell_node[k] + 1]++;
+  for (PetscInt i = 0; i < model->n_own; i++) start[i + 1] += start[i];
+  PetscCall(PetscMalloc1(start[model->n_own], &list));
+  for (PetscInt c = 0; c < model->n_cells; c++)
+    for (PetscInt k = model->cell_start[c]; k < model->cell_start[c + 1]; k++) {
+      const PetscInt i = model->cell_node[k];
+
+      if (i < model->n_own) list[start[i]++] = c * FEM_MAX_NODES + k - model->cell_start[c];
+    }
+  for (PetscInt i = model->n_own; i > 0; i--) start[i] = start[i - 1];
+  start[0]     = 0;
+  *touch_start = start;
+  *touch       = list;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode BuildPattern(FemModel model)
+{
+  FemRows  *rows = &model->rows;
+  PetscInt *touch_start, *touch, *seen, *key, room = 0;
+
+  PetscFunctionBegin;
+  PetscCall(BuildTouch(model, &touch_start, &touch));
+  PetscCall(PetscMalloc1(model->n_loc, &seen));
+  for (PetscInt i = 0; i < model->n_loc; i++) seen[i] = -1;
+  PetscCall(PetscMalloc1(model->n_own + 1, &rows->start));
+  PetscCall(PetscMalloc1(model->n_loc, &key));
+  rows->start[0] = 0;
+  rows->longest  = 0;
+  for (PetscInt pass = 0; pass < 2; pass++) { /* count, then fill */
+    if (pass) PetscCall(PetscMalloc1(rows->start[model->n_own], &rows->col));
+    for (PetscInt i = 0; i < model->n_own; i++) {
+      const PetscInt mark = pass * model->n_own + i;
+      PetscInt       m    = 0;
+
+      for (PetscInt k = touch_start[i]; k < touch_start[i + 1]; k++) {
+        const PetscInt c = touch[k] / FEM_MAX_NODES;
+
+        for (PetscInt e = model->cell_start[c]; e < model->cell_start[c + 1]; e++) {
+          const PetscInt j = model->cell_node[e];
+
+          if (seen[j] == mark) continue;
+          seen[j] = mark;
+          if (pass) {
+            rows->col[rows->start[i] + m] = j;
+            key[m]                        = model->gid[j];
+          }
+          m++;
+        }
+      }
+      if (pass) PetscCall(PetscSortIntWithArray(m, key, &rows->col[rows->start[i]]));
+      else {
+        room += m;
+        rows->start[i + 1] = room;
+        rows->longest      = PetscMax(rows->longest, m);
+      }
+    }
+  }
+  PetscCall(PetscFree(key));
+  PetscCall(PetscFree(seen));
+  PetscCall(PetscFree(touch_start));
+  PetscCall(PetscFree(touch));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscInt FindColumn(const FemModel model, PetscInt i, PetscInt j)
+{
+  PetscInt low = model->rows.start[i], high = model->rows.start[i + 1] - 1;
+
+  while (low < high) {
+    const PetscInt middle = (low + high) / 2;
+
+    if (model->gid[model->rows.col[middle]] < model->gid[j]) low = middle + 1;
+    else high = middle;
+  }
+  return low - model->rows.start[i];
+}
+
+PetscErrorCode FemRowsCreate(FemModel model)
+{
+  const PetscInt dim  = model->dim;
+  FemRows       *rows = &model->rows;
+  PetscReal      dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], K[FEM_MAX_DOFS * FEM_MAX_DOFS];
+
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(FEM_Assemble, 0, 0, 0, 0));
+  PetscCall(BuildPattern(model));
+  PetscCall(PetscCalloc1((size_t)rows->start[model->n_own] * dim * dim, &rows->value));
+  for (PetscInt c = 0; c < model->n_cells; c++) {
+    const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[c]);
+    const PetscInt *node = &model->cell_node[model->cell_start[c]], n = shape->nodes * dim;
+
+    FemCellGeometry(model, c, dN, w);
+    FemStiffness(shape, &model->law[model->cell_material[c]], dN, w, K);
+    for (PetscInt a = 0; a < shape->nodes; a++) {
+      const PetscInt i = node[a];
+
+      if (i >= model->n_own) continue;
+      for (PetscInt b = 0; b < shape->nodes; b++) {
+        const PetscInt m = rows->start[i + 1] - rows->start[i], at = FindColumn(model, i, node[b]);
+        PetscReal     *value = &rows->value[(size_t)rows->start[i] * dim * dim + at * dim];
+
+        for (PetscInt p = 0; p < dim; p++)
+          for (PetscInt q = 0; q < dim; q++) value[p * dim * m + q] += K[(a * dim + p) * n + b * dim + q];
+      }
+    }
+  }
+  PetscCall(PetscLogEventEnd(FEM_Assemble, 0, 0, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemRowsDestroy(FemModel model)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree(model->rows.start));
+  PetscCall(PetscFree(model->rows.col));
+  PetscCall(PetscFree(model->rows.value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemElementsCreate(FemModel model)
+{
+  const PetscInt dim    = model->dim;
+  PetscInt       points = 0, entries = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(model->n_cells, &model->cell_point, model->n_cells, &model->cell_at));
+  for (PetscInt c = 0; c < model->n_cells; c++) {
+    const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[c]);
+
+    model->cell_point[c] = points;
+    model->cell_at[c]    = entries;
+    points += shape->points;
+    entries += shape->points * shape->nodes * dim;
+  }
+  if (model->method == FEM_STATIC) points = entries = 0; /* few products: geometry is worked out anew each time */
+  PetscCall(PetscMalloc3(points, &model->cell_w, entries, &model->cell_dN, (size_t)model->cell_start[model->n_cells] * dim, &model->cell_f));
+  for (PetscInt c = 0; c < model->n_cells && points; c++) FemCellGeometry(model, c, &model->cell_dN[model->cell_at[c]], &model->cell_w[model->cell_point[c]]);
+  PetscCall(BuildTouch(model, &model->touch_start, &model->touch));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemElementsDestroy(FemModel model)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree2(model->cell_point, model->cell_at));
+  PetscCall(PetscFree3(model->cell_w, model->cell_dN, model->cell_f));
+  PetscCall(PetscFree(model->touch_start));
+  PetscCall(PetscFree(model->touch));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  f = K u by block rows.  Eq. (2.9)
+
+  start [n+1], col, value  FemRows; u [][dim], f [n][dim] out; room [dim*longest] scratch of this thread
+  A row first gathers the motion of its columns, then takes dim dot products of that: long, contiguous, vectorised.
+*/
+static inline void RowsTimes(PetscInt dim, PetscInt from, PetscInt to, const PetscInt *restrict start, const PetscInt *restrict col, const PetscReal *restrict value, const PetscReal *restrict u, PetscReal *restrict f,
+                             PetscReal *restrict room)
+{
+  for (PetscInt i = from; i < to; i++) {
+    const PetscInt   m = start[i + 1] - start[i], n = m * dim, *c = &col[start[i]];
+    const PetscReal *K = &value[(size_t)start[i] * dim * dim];
+    PetscReal        s0 = 0, s1 = 0, s2 = 0;
+
+    for (PetscInt b = 0; b < m; b++)
+      for (PetscInt d = 0; d < dim; d++) room[b * dim + d] = u[c[b] * dim + d];
+    if (dim == 2) {
+#pragma omp simd reduction(+ : s0, s1)
+      for (PetscInt k = 0; k < n; k++) {
+        s0 += K[k] * room[k];
+        s1 += K[n + k] * room[k];
+      }
+    } else {
+#pragma omp simd reduction(+ : s0, s1, s2)
+      for (PetscInt k = 0; k < n; k++) {
+        s0 += K[k] * room[k];
+        s1 += K[n + k] * room[k];
+        s2 += K[2 * n + k] * room[k];
+      }
+      f[i * dim + 2] = s2;
+    }
+    f[i * dim]     = s0;
+    f[i * dim + 1] = s1;
+  }
+}
+
+static void ApplyRows(FemModel model, const PetscReal *u, PetscReal *f)
+{
+  const FemRows *rows    = &model->rows;
+  const PetscInt threads = model->threads, n = model->n_own, dim = model->dim, block = 256;
+
+#pragma omp parallel num_threads(threads)
+  {
+    PetscReal room[3 * rows->longest + 1];
+
+#pragma omp for schedule(static)
+    for (PetscInt b = 0; b < (n + block - 1) / block; b++) {
+      if (dim == 2) RowsTimes(2, b * block, PetscMin(n, (b + 1) * block), rows->start, rows->col, rows->value, u, f, room);
+      else RowsTimes(3, b * block, PetscMin(n, (b + 1) * block), rows->start, rows->col, rows->value, u, f, room);
+    }
+  }
+}
+
+static void ApplyElements(FemModel model, const PetscReal *u, PetscReal *f)
+{
+  const PetscInt  threads = model->threads, dim = model->dim;
+  const PetscBool stored = model->method == FEM_EXPLICIT ? PETSC_TRUE : PETSC_FALSE;
+
+#pragma omp parallel for schedule(static) num_threads(threads)
+  for (PetscInt c = 0; c < model->n_cells; c++) {
+    PetscReal        ue[FEM_MAX_DOFS], dN_here[FEM_MAX_POINTS * FEM_MAX_DOFS], w_here[FEM_MAX_POINTS];
+    const PetscReal *dN = stored ? &model->cell_dN[model->cell_at[c]] : dN_here, *w = stored ? &model->cell_w[model->cell_point[c]] : w_here;
+
+    if (!stored) FemCellGeometry(model, c, dN_here, w_here);
+    FemCellGather(model, c, u, ue);
+    FemForce(FemShapeGet((MeshCellType)model->cell_type[c]), &model->law[model->cell_material[c]], dN, w, ue, &model->cell_f[model->cell_start[c] * dim]);
+  }
+#pragma omp parallel for schedule(static) num_threads(threads)
+  for (PetscInt i = 0; i < model->n_own; i++) {
+    PetscReal sum[3] = {0, 0, 0};
+
+    for (PetscInt k = model->touch_start[i]; k < model->touch_start[i + 1]; k++) {
+      const PetscInt at = model->cell_start[model->touch[k] / FEM_MAX_NODES] + model->touch[k] % FEM_MAX_NODES;
+
+      for (PetscInt d = 0; d < dim; d++) sum[d] += model->cell_f[at * dim + d];
+    }
+    for (PetscInt d = 0; d < dim; d++) f[i * dim + d] = sum[d];
+  }
+}
+
+PetscErrorCode FemApply(FemModel model, const PetscReal *u, PetscReal *f)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(FEM_Force, 0, 0, 0, 0));
+  if (model->rows.value) ApplyRows(model, u, f);
+  else ApplyElements(model, u, f);
+  PetscCall(PetscLogEventEnd(FEM_Force, 0, 0, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscReal FemDot(FemModel model, const PetscReal *a, const PetscReal *b)
+{
+  const PetscInt n   = model->n_own * model->dim;
+  PetscReal      sum = 0;
+
+#pragma omp simd reduction(+ : sum)
+  for (PetscInt k = 0; k < n; k++) sum += a[k] * b[k];
+  return sum;
+}
+
+PetscErrorCode FemSum(FemModel model, PetscInt n, PetscReal *value)
+{
+  PetscFunctionBegin;
+  if (model->size > 1) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, value, (PetscMPIInt)n, MPIU_REAL, MPIU_SUM, model->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,259 @@
+/* fem_stepper.c - the FemModel as the run loop sees it: energy, history, frames, checkpoint. Arrays travel in the mesh's order. */
+#include "fem_impl.h"
+
+static PetscErrorCode StepperStable(void *ctx, PetscReal *dt)
+{
+  return FemModelGetStableStep((FemModel)ctx, dt);
+}
+
+static PetscErrorCode StepperStep(void *ctx, PetscReal t, PetscReal dt)
+{
+  FemModel model = ctx;
+
+  PetscFunctionBegin;
+  PetscCheck(!model->lent, model->comm, PETSC_ERR_ORDER, "The state is lent; FemModelRestoreState() before a step");
+  if (model->method == FEM_STATIC) PetscCall(FemStaticStep(model, t, dt));
+  else PetscCall(FemExplicitStep(model, t, dt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reactions and the coming velocity of the present level; a static model has them already. */
+static PetscErrorCode Close(FemModel model)
+{
+  PetscFunctionBegin;
+  if (model->method == FEM_EXPLICIT) PetscCall(FemExplicitLevel(model, model->dt_last));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Velocity [m/s] of owned dof k at the present time. */
+static PetscReal VelocityOf(FemModel model, PetscInt k)
+{
+  return model->method == FEM_EXPLICIT && model->started ? 0.5 * (model->v[k] + model->v_next[k]) : model->v[k];
+}
+
+/* Eqs (2.16), (2.20) */
+static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
+{
+  FemModel       model  = ctx;
+  const PetscInt n      = model->n_own * model->dim;
+  PetscReal      sum[4] = {0, 0, 0, 0}; /* kinetic, strain, work and damping of the half step up to now */
+
+  PetscFunctionBegin;
+  PetscCall(Close(model));
+  sum[1] = 0.5 * FemDot(model, model->u, model->f_int);
+  if (model->method == FEM_EXPLICIT) {
+    for (PetscInt k = 0; k < n; k++) sum[0] += 0.5 * model->mass[k / model->dim] * model->v[k] * (model->started ? model->v_next[k] : model->v[k]);
+    sum[2] = model->started ? model->level_sum[0] : 0;
+    sum[3] = model->started ? model->level_sum[2] : 0;
+  }
+  PetscCall(FemSum(model, 4, sum));
+  PetscCall(PetscMemzero(ledger, sizeof(*ledger)));
+  ledger->energy[LEDGER_KINETIC] = sum[0];
+  ledger->energy[LEDGER_STRAIN]  = sum[1];
+  ledger->energy[LEDGER_WORK]    = model->work + sum[2];
+  ledger->energy[LEDGER_DAMPING] = model->damping + sum[3];
+  ledger->initial                = model->initial;
+  ledger->work_in                = PetscMax(model->work_in, PetscAbsReal(model->work + sum[2]));
+  ledger->scale                  = model->scale;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
+{
+  FemModel          model = ctx;
+  const FemHistory *h     = &model->history[i];
+  const FemGroup   *group = &model->group[h->group];
+  PetscReal         sum   = 0;
+
+  PetscFunctionBegin;
+  PetscCall(Close(model));
+  for (PetscInt k = 0; k < group->n_nodes; k++) {
+    const PetscInt dof = group->node[k] * model->dim + h->component;
+
+    sum += h->quantity == FEM_HIST_REACTION ? model->reaction[dof] : h->quantity == FEM_HIST_DISPLACEMENT ? model->u[dof] : VelocityOf(model, dof);
+  }
+  PetscCall(FemSum(model, 1, &sum));
+  *value = h->quantity == FEM_HIST_REACTION ? sum : sum / group->n_nodes_global;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Mean |out-of-balance force| of free dofs over mean |internal force|; 1 while nothing pulls yet. */
+static PetscErrorCode StepperUnbalanced(void *ctx, PetscReal *ratio)
+{
+  FemModel  model  = ctx;
+  PetscReal sum[4] = {0, 0, 0, 0};
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < model->n_own * model->dim; k++) {
+    if (model->fixed[k] < 0) {
+      sum[0] += PetscAbsReal(model->f_app[k] + model->f_ext[k] - model->f_int[k]);
+      sum[1] += 1;
+    }
+    sum[2] += PetscAbsReal(model->f_int[k]);
+    sum[3] += 1;
+  }
+  PetscCall(FemSum(model, 4, sum));
+  *ratio = sum[2] > 0 && sum[1] > 0 ? (sum[0] / sum[1]) / (sum[2] / sum[3]) : 1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Three components from dim. */
+static PetscErrorCode NodeField(FemModel model, const char *name, PetscReal *own, PetscReal *all)
+{
+  PetscBool displacement, velocity;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrcmp(name, "displacement", &displacement));
+  PetscCall(PetscStrcmp(name, "velocity", &velocity));
+  for (PetscInt i = 0; i < model->n_own; i++)
+    for (PetscInt d = 0; d < 3; d++) {
+      const PetscInt k = i * model->dim + d;
+
+      own[3 * i + d] = d >= model->dim ? 0 : displacement ? model->u[k] : velocity ? VelocityOf(model, k) : model->reaction[k];
+    }
+  PetscCall(FemGather(model, model->home, 3, own, all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CellField(FemModel model, PetscBool stress, PetscReal *own, PetscReal *all)
+{
+  PetscFunctionBegin;
+  for (PetscInt c = 0; c < model->n_cells; c++) {
+    PetscReal dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], u[FEM_MAX_DOFS];
+
+    if (!model->own[c]) continue;
+    FemCellGeometry(model, c, dN, w);
+    FemCellGather(model, c, model->u, u);
+    FemMeanStress(FemShapeGet((MeshCellType)model->cell_type[c]), &model->law[model->cell_material[c]], dN, w, u, stress ? NULL : &own[6 * c], stress ? &own[6 * c] : NULL);
+  }
+  PetscCall(FemGather(model, model->home_cells, 6, own, all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelGetField(FemModel model, const char *name, PetscReal *data)
+{
+  static const char *const names[] = {"displacement", "velocity", "reaction", "stress", "strain"};
+  PetscInt                 found   = -1;
+  PetscReal               *own;
+  PetscBool                same;
+
+  PetscFunctionBegin;
+  PetscCheck(model && model->ready, PETSC_COMM_SELF, PETSC_ERR_ORDER, "Call FemModelSetUp() first");
+  for (PetscInt k = 0; k < 5; k++) {
+    PetscCall(PetscStrcmp(name, names[k], &same));
+    if (same) found = k;
+  }
+  PetscCheck(found >= 0, model->comm, PETSC_ERR_ARG_WRONG, "A FemModel has no field '%s'", name);
+  PetscCall(Close(model));
+  PetscCall(PetscMalloc1(found < 3 ? 3 * model->n_own : 6 * model->n_cells, &own));
+  if (found < 3) PetscCall(NodeField(model, name, own, data));
+  else PetscCall(CellField(model, found == 3 ? PETSC_TRUE : PETSC_FALSE, own, data));
+  PetscCall(PetscFree(own));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Collective; every rank computes, rank 0 hands the gathered block over. */
+static PetscErrorCode StepperWrite(void *ctx, Output output)
+{
+  static const struct {
+    const char *name, *unit;
+    OutputPlace place;
+    PetscInt    components;
+  } field[5] = {{"displacement", "m", OUTPUT_POINT_DATA, 3}, {"velocity", "m/s", OUTPUT_POINT_DATA, 3}, {"reaction", "N", OUTPUT_POINT_DATA, 3}, {"stress", "Pa", OUTPUT_CELL_DATA, 6}, {"strain", "-", OUTPUT_CELL_DATA, 6}};
+  FemModel       model = ctx;
+  const PetscInt root  = model->rank == 0 ? 1 : 0;
+  OutputArray    array[5];
+  OutputBlock    block = {.name = model->name, .n_points = root * model->N_nodes, .x = model->x_all, .n_cells = root * model->N_cells, .start = model->start_all, .node = model->node_all, .type = model->vtk_all, .array = array};
+  PetscReal     *data[5];
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < 5; k++) {
+    const PetscInt n = root * field[k].components * (field[k].place == OUTPUT_POINT_DATA ? model->N_nodes : model->N_cells);
+
+    if (!OutputWants(output, field[k].name)) continue;
+    PetscCall(PetscMalloc1(n, &data[block.n_arrays]));
+    PetscCall(FemModelGetField(model, field[k].name, data[block.n_arrays]));
+    array[block.n_arrays] = (OutputArray){field[k].name, field[k].unit, field[k].place, field[k].components, data[block.n_arrays]};
+    block.n_arrays++;
+  }
+  PetscCall(OutputFrameBlock(output, &block));
+  for (PetscInt k = 0; k < block.n_arrays; k++) PetscCall(PetscFree(data[k]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StepperSave(void *ctx, Checkpoint checkpoint)
+{
+  FemModel        model = ctx;
+  const PetscInt  n     = model->N_nodes * model->dim;
+  const PetscReal state[7] = {model->t, model->dt_last, (PetscReal)model->started, model->work, model->damping, model->work_in, model->initial};
+  PetscReal      *all;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(model->rank == 0 ? n : 0, &all));
+  PetscCall(CheckpointWriteReal(checkpoint, "fem/state", 7, state));
+  PetscCall(FemGather(model, model->home, model->dim, model->u, all));
+  PetscCall(CheckpointWriteReal(checkpoint, "fem/displacement", n, all));
+  PetscCall(FemGather(model, model->home, model->dim, model->v, all));
+  PetscCall(CheckpointWriteReal(checkpoint, "fem/velocity", n, all));
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Forces are functions of displacement and time, so they come back bit for bit by computing them again. */
+static PetscErrorCode StepperLoad(void *ctx, Checkpoint checkpoint)
+{
+  FemModel       model = ctx;
+  const PetscInt n     = model->N_nodes * model->dim;
+  PetscReal      state[7], *all;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(n, &all));
+  PetscCall(CheckpointReadReal(checkpoint, "fem/state", 7, state));
+  PetscCall(CheckpointReadReal(checkpoint, "fem/displacement", n, all));
+  PetscCall(FemScatter(model, model->home, model->dim, all, model->u));
+  PetscCall(CheckpointReadReal(checkpoint, "fem/velocity", n, all));
+  PetscCall(FemScatter(model, model->home, model->dim, all, model->v));
+  PetscCall(PetscFree(all));
+  model->t           = state[0];
+  model->dt_last     = state[1];
+  model->started     = state[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
+  model->work        = state[3];
+  model->damping     = state[4];
+  model->work_in     = state[5];
+  model->initial     = state[6];
+  model->level_known = PETSC_FALSE;
+  PetscCall(FemGhosts(model, model->u));
+  PetscCall(FemApply(model, model->u, model->f_int));
+  if (model->started || model->method == FEM_EXPLICIT) PetscCall(FemLoadsAt(model, model->t));
+  if (model->method == FEM_STATIC)
+    for (PetscInt k = 0; k < model->n_own * model->dim; k++) model->reaction[k] = model->fixed[k] >= 0 ? model->f_int[k] - model->f_app[k] - model->f_ext[k] : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemSetUpStepper(FemModel model)
+{
+  PetscFunctionBegin;
+  model->stepper = (Stepper){.name         = model->name,
+                             .ctx          = model,
+                             .stable_step  = StepperStable,
+                             .step         = StepperStep,
+                             .energy       = StepperEnergy,
+                             .history      = StepperHistory,
+                             .write        = StepperWrite,
+                             .save         = StepperSave,
+                             .load         = StepperLoad,
+                             .unbalanced   = model->method == FEM_EXPLICIT ? StepperUnbalanced : NULL,
+                             .n_history    = model->n_history,
+                             .history_name = (const char *const *)model->history_name,
+                             .history_unit = model->history_unit,
+                             .elements     = (PetscReal)model->N_cells};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelGetStepper(FemModel model, Stepper *stepper)
+{
+  PetscFunctionBegin;
+  PetscCheck(model && model->ready, PETSC_COMM_SELF, PETSC_ERR_ORDER, "Call FemModelSetUp() before FemModelGetStepper()");
+  *stepper = model->stepper;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
