@@ -5,6 +5,7 @@
 #include <string.h>
 
 static char      message[BASE_LINE];
+static char      reports[8 * BASE_LINE];
 static PetscBool quiet;
 
 /* PETSc calls this once where the error starts (kind INITIAL) and once per frame above it (REPEAT). */
@@ -19,7 +20,7 @@ static PetscErrorCode HandleError(MPI_Comm comm, int line, const char *function,
       message[sizeof(message) - 1] = 0;
     }
     MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-    if (!quiet && !getenv("CLEAVE_TRACE") && (rank == 0 || comm == PETSC_COMM_SELF)) {
+    if (!quiet && !getenv("CLEAVE_TRACE") && !(what[0] && strstr(reports, what)) && (rank == 0 || comm == PETSC_COMM_SELF)) {
       if (code == PETSC_ERR_USER_INPUT) fprintf(stderr, "cleave: %s\n", what);
       else fprintf(stderr, "cleave: %s  [%s, %s:%d, code %d; CLEAVE_TRACE=1 shows the calls]\n", what, function, file, line, (int)code);
     }
@@ -55,6 +56,23 @@ const char *BaseErrorMessage(void)
 void BaseErrorClear(void)
 {
   message[0] = 0;
+  reports[0] = 0;
+}
+
+void BaseReport(MPI_Comm comm, const char *line)
+{
+  const size_t used = strlen(reports);
+  PetscMPIInt  rank = 0;
+
+  if (!message[0]) snprintf(message, sizeof(message), "%s", line);
+  snprintf(reports + used, sizeof(reports) - used, "%s\n", line);
+  MPI_Comm_rank(comm, &rank);
+  if (!quiet && rank == 0) fprintf(stderr, "%s\n", line);
+}
+
+const char *BaseReports(void)
+{
+  return reports;
 }
 
 void BaseErrorQuiet(PetscBool on)

@@ -37,5 +37,10 @@ const char *BaseErrorMessage(void);
 void        BaseErrorClear(void);
 void        BaseErrorQuiet(PetscBool quiet);
 
+/* Say a fault of the input at once: one line on stderr (rank 0 of comm), remembered; the handler will not say it again.
+   BaseReports: all lines since BaseErrorClear(), each ended by a newline. */
+void        BaseReport(MPI_Comm comm, const char *line);
+const char *BaseReports(void);
+
 /* Nearest of n names to a misspelt one by edit distance; NULL when none is near enough to suggest. */
 const char *BaseNearest(const char *word, PetscInt n, const char *const names[]);

@@ -1,0 +1,272 @@
+/*
+  scene_keys.c - every key a scene may hold, once.
+
+  This table checks scenes, answers getters with defaults and prints docs/scene.md. Rows of one section stand together,
+  the section's own row first. A row marked SCENE_LATER (or a choice ending in ~) is typed and checked, then refused
+  with its place: the program does not cover it yet (docs/not-yet.md).
+*/
+#include "scene_impl.h"
+#include <math.h>
+#include <string.h>
+
+#define POSITIVE     "(0, inf)"
+#define NOT_NEGATIVE "[0, inf)"
+
+/* clang-format off */
+/* x, y and z of a motion or load; z only in 3D */
+#define XYZ(path, unit, preset, equation, help, flags) \
+  {path ".x", SCENE_TABLE, unit, preset, NULL, NULL, equation, help " along x", flags}, \
+  {path ".y", SCENE_TABLE, unit, preset, NULL, NULL, equation, help " along y", flags}, \
+  {path ".z", SCENE_TABLE, unit, preset, NULL, NULL, equation, help " along z", (flags) | SCENE_3D}
+
+static const SceneKey keys[] = {
+  {"",                                         SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "a scene", 0},
+  {"title",                                    SCENE_TEXT,   "",      "''",        NULL,         NULL, "-",   "what the run is, for people", SCENE_EMPTY},
+  {"dimension",                                SCENE_INT,    "-",     "3",         NULL,         "2 3", "-",  "of space", 0},
+  {"plane",                                    SCENE_CHOICE, "",      "strain",    NULL,         "strain stress", "2.2", "plane strain or plane stress", SCENE_2D},
+  {"thickness",                                SCENE_REAL,   "m",     "1 m",       POSITIVE,     NULL, "2.2", "of a plane body", SCENE_2D},
+
+  {"time",                                     SCENE_MAP,    "",      NULL,        NULL,         NULL, "1",   "how long and how to step", SCENE_REQUIRED},
+  {"time.end",                                 SCENE_REAL,   "s",     NULL,        POSITIVE,     NULL, "-",   "the run starts at 0 and stops here; a static run applies the loads of this time", SCENE_REQUIRED},
+  {"time.method",                              SCENE_CHOICE, "",      "explicit",  NULL,         "explicit static", "1", "explicit: central differences; static: equilibrium without inertia, FEM only", 0},
+  {"time.steps",                               SCENE_INT,    "-",     "1",         "[1, 1e9]",   NULL, "2",   "load steps of a static run", SCENE_STATIC},
+  {"time.step",                                SCENE_REAL,   "s",     "auto",      POSITIVE,     NULL, "1",   "time step; auto: safety times the largest stable one", SCENE_AUTO | SCENE_EXPLICIT},
+  {"time.safety",                              SCENE_REAL,   "-",     "0.9",       "(0, 1]",     NULL, "1",   "step / stable step when the step is auto", SCENE_EXPLICIT},
+  {"time.stop_unbalanced",                     SCENE_REAL,   "-",     "0",         NOT_NEGATIVE, NULL, "1",   "stop when the mean unbalanced force falls below this fraction of the mean force; 0: never", SCENE_EXPLICIT},
+
+  {"materials",                                SCENE_NAMES,  "",      NULL,        NULL,         NULL, "-",   "materials by name", SCENE_REQUIRED},
+  {"materials.*",                              SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "a material", 0},
+  {"materials.*.density",                      SCENE_REAL,   "kg/m3", NULL,        POSITIVE,     NULL, "2",   "mass per volume; required where the material is used", 0},
+  {"materials.*.young",                        SCENE_REAL,   "Pa",    NULL,        POSITIVE,     NULL, "4.1", "Young's modulus; required where the material is used", 0},
+  {"materials.*.poisson",                      SCENE_REAL,   "-",     NULL,        "(-1, 0.5)",  NULL, "4.1", "Poisson's ratio; required where the material is used", 0},
+  {"materials.*.elasticity",                   SCENE_CHOICE, "",      "exact",     NULL,         "exact onate2015~ kdem~ given~", "4", "rule of the bonds (DEM)", 0},
+  {"materials.*.law",                          SCENE_CHOICE, "",      "elastic",   NULL,         "elastic cohesive~", "4", "elastic: never breaks", 0},
+  {"materials.*.tensile_strength",             SCENE_REAL,   "Pa",    NULL,        POSITIVE,     NULL, "4.2", "uniaxial tensile strength", SCENE_LATER},
+  {"materials.*.shear_strength",               SCENE_REAL,   "Pa",    NULL,        POSITIVE,     NULL, "4.2", "cohesion of a facet", SCENE_LATER},
+  {"materials.*.fracture_energy",              SCENE_REAL,   "J/m2",  NULL,        POSITIVE,     NULL, "4.2", "energy per crack area, opening", SCENE_LATER},
+  {"materials.*.fracture_energy_shear",        SCENE_REAL,   "J/m2",  NULL,        POSITIVE,     NULL, "4.2", "energy per crack area, sliding", SCENE_LATER},
+  {"materials.*.mu_static",                    SCENE_REAL,   "-",     NULL,        NOT_NEGATIVE, NULL, "4.2", "friction coefficient of the intact facet", SCENE_LATER},
+  {"materials.*.mu_dynamic",                   SCENE_REAL,   "-",     NULL,        NOT_NEGATIVE, NULL, "5",   "friction coefficient after failure", SCENE_LATER},
+  {"materials.*.softening",                    SCENE_MAP,    "",      NULL,        NULL,         "linear exponential", "4.2", "traction against opening", SCENE_LATER},
+  {"materials.*.softening.bilinear",           SCENE_MAP,    "",      NULL,        NULL,         NULL, "4.2", "two straight branches", SCENE_REQUIRED | SCENE_LATER},
+  {"materials.*.softening.bilinear.knee_stress",  SCENE_REAL, "-",    NULL,        "(0, 1)",     NULL, "4.2", "traction at the knee / tensile strength", SCENE_REQUIRED | SCENE_LATER},
+  {"materials.*.softening.bilinear.knee_opening", SCENE_REAL, "-",    NULL,        POSITIVE,     NULL, "4.2", "opening at the knee / (fracture energy / tensile strength)", SCENE_REQUIRED | SCENE_LATER},
+  {"materials.*.local_damping",                SCENE_REAL,   "-",     "0",         "[0, 1)",     NULL, "5",   "non-viscous damping of particles: fraction of the unbalanced force", 0},
+
+  {"bodies",                                   SCENE_NAMES,  "",      NULL,        NULL,         NULL, "-",   "bodies by name", SCENE_REQUIRED},
+  {"bodies.*",                                 SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "a body", 0},
+  {"bodies.*.geometry",                        SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "a gmsh file (.geo, .msh) beside the scene, or one built-in shape", SCENE_REQUIRED | SCENE_OR_FILE},
+  {"bodies.*.geometry.box",                    SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "groups xmin xmax ymin ymax zmin zmax", SCENE_ONE_OF},
+  {"bodies.*.geometry.box.low",                SCENE_VECTOR, "m",     "[0, 0]|[0, 0, 0]", NULL,  NULL, "-",   "lowest corner", 0},
+  {"bodies.*.geometry.box.size",               SCENE_VECTOR, "m",     NULL,        POSITIVE,     NULL, "-",   "edge lengths", SCENE_REQUIRED},
+  {"bodies.*.geometry.cylinder",               SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "axis z; groups bottom top side", SCENE_ONE_OF | SCENE_3D},
+  {"bodies.*.geometry.cylinder.centre",        SCENE_VECTOR, "m",     "[0, 0]|[0, 0, 0]", NULL,  NULL, "-",   "middle of the bottom face", 0},
+  {"bodies.*.geometry.cylinder.radius",        SCENE_REAL,   "m",     NULL,        POSITIVE,     NULL, "-",   "radius", SCENE_REQUIRED},
+  {"bodies.*.geometry.cylinder.height",        SCENE_REAL,   "m",     NULL,        POSITIVE,     NULL, "-",   "height", SCENE_REQUIRED},
+  {"bodies.*.geometry.disc",                   SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "group side", SCENE_ONE_OF | SCENE_2D},
+  {"bodies.*.geometry.disc.centre",            SCENE_VECTOR, "m",     "[0, 0]|[0, 0, 0]", NULL,  NULL, "-",   "middle", 0},
+  {"bodies.*.geometry.disc.radius",            SCENE_REAL,   "m",     NULL,        POSITIVE,     NULL, "-",   "radius", SCENE_REQUIRED},
+  {"bodies.*.length_unit",                     SCENE_REAL,   "m",     "1 m",       POSITIVE,     NULL, "-",   "one unit of the geometry file", 0},
+  {"bodies.*.group",                           SCENE_TEXT,   "",      NULL,        NULL,         NULL, "-",   "only this physical group of the geometry file (a surface in 2D, a volume in 3D)", 0},
+  {"bodies.*.method",                          SCENE_CHOICE, "",      NULL,        NULL,         "fem dem coupled~", "-", "finite elements or bonded particles", SCENE_REQUIRED},
+  {"bodies.*.material",                        SCENE_TEXT,   "",      NULL,        NULL,         NULL, "-",   "a name of materials", SCENE_REQUIRED},
+  {"bodies.*.mesh",                            SCENE_MAP,    "",      NULL,        NULL,         NULL, "2",   "finite elements", SCENE_FEM | SCENE_FILL},
+  {"bodies.*.mesh.size",                       SCENE_REAL,   "m",     NULL,        POSITIVE,     NULL, "-",   "element size; required for built-in shapes, else what the .geo says", 0},
+  {"bodies.*.mesh.cells",                      SCENE_CHOICE, "",      "tri|tet",   NULL,         "tri quad tet hex", "2", "element shape", 0},
+  {"bodies.*.mesh.order",                      SCENE_INT,    "-",     "1",         NULL,         "1 2", "2",  "of the shape functions", 0},
+  {"bodies.*.dem",                             SCENE_MAP,    "",      NULL,        NULL,         NULL, "3",   "bonded particles", SCENE_DEM | SCENE_REQUIRED},
+  {"bodies.*.dem.group",                       SCENE_TEXT,   "",      NULL,        NULL,         NULL, "-",   "coupled: the physical group that is particles", SCENE_LATER},
+  {"bodies.*.dem.packing",                     SCENE_MAP,    "",      NULL,        NULL,         NULL, "3.2", "spheres (2D: discs) that fill the body", SCENE_REQUIRED},
+  {"bodies.*.dem.packing.radius",              SCENE_REAL,   "m",     NULL,        POSITIVE,     NULL, "3.2", "mean radius", SCENE_ONE_OF},
+  {"bodies.*.dem.packing.count",               SCENE_INT,    "-",     NULL,        "[1, 1e8]",   NULL, "3.2", "how many particles, about", SCENE_ONE_OF},
+  {"bodies.*.dem.packing.file",                SCENE_FILE,   "",      NULL,        NULL,         NULL, "-",   "own packing: a text table x y z r in metres", SCENE_ONE_OF},
+  {"bodies.*.dem.packing.spread",              SCENE_REAL,   "-",     "0.2",       "[0, 0.6]",   NULL, "3.2", "half width of the sizes / mean radius", 0},
+  {"bodies.*.dem.packing.seed",                SCENE_INT,    "-",     "1",         "[0, 2e9]",   NULL, "3.2", "another seed, another packing; the same seed, the same packing", 0},
+  {"bodies.*.dem.bonded",                      SCENE_BOOL,   "",      "true",      NULL,         NULL, "4",   "false: loose grains", 0},
+  {"bodies.*.initial_velocity",                SCENE_VECTOR, "m/s",   "[0, 0]|[0, 0, 0]", NULL,  NULL, "-",   "of the whole body", SCENE_EXPLICIT},
+
+  {"tools",                                    SCENE_NAMES,  "",      NULL,        NULL,         NULL, "5",   "rigid surfaces that meet particles, by name", 0},
+  {"tools.*",                                  SCENE_MAP,    "",      NULL,        NULL,         NULL, "5",   "a rigid surface", 0},
+  {"tools.*.plane",                            SCENE_MAP,    "",      NULL,        NULL,         NULL, "5",   "an infinite plane", SCENE_REQUIRED},
+  {"tools.*.plane.point",                      SCENE_VECTOR, "m",     NULL,        NULL,         NULL, "5",   "any point of it at time 0", SCENE_REQUIRED},
+  {"tools.*.plane.normal",                     SCENE_VECTOR, "-",     NULL,        NULL,         NULL, "5",   "points to the side of the particles; any length", SCENE_REQUIRED},
+  {"tools.*.velocity",                         SCENE_MAP,    "",      NULL,        NULL,         NULL, "5",   "motion of the tool", SCENE_FILL},
+  XYZ("tools.*.velocity",                                    "m/s",   "0", "5", "velocity", 0),
+  {"tools.*.friction",                         SCENE_REAL,   "-",     "0",         NOT_NEGATIVE, NULL, "5",   "Coulomb coefficient", 0},
+  {"tools.*.stiffness",                        SCENE_REAL,   "Pa",    "0 Pa",      NOT_NEGATIVE, NULL, "5",   "contact stiffness / radius; 0: Young's modulus of the material", 0},
+  {"tools.*.damping",                          SCENE_REAL,   "-",     "0",         "[0, 1]",     NULL, "5",   "fraction of critical, along the normal", 0},
+
+  {"conditions",                               SCENE_ITEMS,  "",      NULL,        NULL,         NULL, "-",   "supports, motions and loads, a list", 0},
+  {"conditions[]",                             SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "one support, motion or load on one group; or gravity", 0},
+  {"conditions[].group",                       SCENE_TEXT,   "",      NULL,        NULL,         NULL, "-",   "physical group of the geometry file, or of the built-in shape", 0},
+  {"conditions[].body",                        SCENE_TEXT,   "",      NULL,        NULL,         NULL, "-",   "name of bodies; only when two bodies have the group", 0},
+  {"conditions[].fix",                         SCENE_WORDS,  "",      NULL,        NULL,         "x y z all", "-", "components held at zero displacement; one or a list", 0},
+  {"conditions[].velocity",                    SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "prescribed velocity; components not named are free", 0},
+  XYZ("conditions[].velocity",                               "m/s",   NULL, "-", "velocity", 0),
+  {"conditions[].displacement",                SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "prescribed displacement; components not named are free", 0},
+  XYZ("conditions[].displacement",                           "m",     NULL, "-", "displacement", 0),
+  {"conditions[].traction",                    SCENE_MAP,    "",      NULL,        NULL,         NULL, "2",   "force per area of the undeformed face", 0},
+  XYZ("conditions[].traction",                               "Pa",    NULL, "2", "traction", 0),
+  {"conditions[].pressure",                    SCENE_TABLE,  "Pa",    NULL,        NULL,         NULL, "2",   "positive pushes into the body", 0},
+  {"conditions[].gravity",                     SCENE_VECTOR, "m/s2",  NULL,        NULL,         NULL, "2",   "acts on every body; stands alone, without group", 0},
+
+  {"contact",                                  SCENE_MAP,    "",      NULL,        NULL,         NULL, "5",   "where unbonded particles meet", SCENE_LATER},
+  {"contact.friction",                         SCENE_REAL,   "-",     "0",         NOT_NEGATIVE, NULL, "5",   "Coulomb coefficient", SCENE_LATER},
+  {"contact.damping",                          SCENE_REAL,   "-",     "0",         "[0, 1]",     NULL, "5",   "fraction of critical, along the normal", SCENE_LATER},
+
+  {"coupling",                                 SCENE_MAP,    "",      NULL,        NULL,         NULL, "6",   "where elements and particles overlap", SCENE_LATER},
+  {"coupling.width",                           SCENE_REAL,   "elements", "2 elements", POSITIVE, NULL, "6",   "of the overlap", SCENE_LATER},
+  {"coupling.substeps",                        SCENE_INT,    "-",     "auto",      "[1, 1e6]",   NULL, "6",   "particle steps in one element step", SCENE_LATER | SCENE_AUTO},
+  {"coupling.weights",                         SCENE_CHOICE, "",      "linear",    NULL,         "linear smoothstep", "6", "share of the elements across the overlap", SCENE_LATER},
+  {"coupling.floor",                           SCENE_REAL,   "-",     "0.05",      "(0, 0.5)",   NULL, "6",   "smallest share of either side", SCENE_LATER},
+  {"coupling.switch",                          SCENE_MAP,    "",      NULL,        NULL,         NULL, "6",   "when elements turn into particles", SCENE_LATER},
+  {"coupling.switch.when",                     SCENE_CHOICE, "",      "rankine",   NULL,         "rankine mohr-coulomb", "6", "criterion on the recovered stress", SCENE_LATER},
+  {"coupling.switch.at",                       SCENE_REAL,   "-",     "0.7",       "(0, 1]",     NULL, "6",   "fraction of the strength", SCENE_LATER},
+
+  {"output",                                   SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "what is written, how often", SCENE_FILL},
+  {"output.history",                           SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "history.csv", SCENE_FILL},
+  {"output.history.every",                     SCENE_REAL,   "s",     "0 s",       NOT_NEGATIVE, NULL, "-",   "time between rows; 0: only the first and the last", 0},
+  {"output.history.quantities",                SCENE_WORDS,  "",      "[energies]", NULL,        "reaction() displacement() velocity() opening()~ strain~ energies", "-", "columns; the group's name in brackets: reaction(load)", 0},
+  {"output.fields",                            SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "frames for ParaView", SCENE_FILL},
+  {"output.fields.every",                      SCENE_REAL,   "s",     "0 s",       NOT_NEGATIVE, NULL, "-",   "time between frames; 0: only the first and the last", 0},
+  {"output.fields.names",                      SCENE_WORDS,  "",      "[displacement]", NULL,    "displacement velocity rotation stress strain damage~ reaction", "-", "fields of a frame", 0},
+  {"output.checkpoint",                        SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "states to resume from", SCENE_FILL},
+  {"output.checkpoint.every",                  SCENE_REAL,   "s",     "0 s",       NOT_NEGATIVE, NULL, "-",   "simulated time between checkpoints; 0: by wall clock", 0},
+  {"output.plots",                             SCENE_ITEMS,  "",      NULL,        NULL,         NULL, "-",   "PNG plots of the history, a list", 0},
+  {"output.plots[]",                           SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "one plot", 0},
+  {"output.plots[].x",                         SCENE_TEXT,   "",      "time",      NULL,         NULL, "-",   "column of history.csv", 0},
+  {"output.plots[].y",                         SCENE_TEXT,   "",      NULL,        NULL,         NULL, "-",   "column of history.csv", SCENE_REQUIRED},
+  {"output.plots[].file",                      SCENE_TEXT,   "",      NULL,        NULL,         NULL, "-",   "file name; without: made of x and y", 0}
+};
+/* clang-format on */
+
+PetscInt SceneKeyCount(void)
+{
+  return (PetscInt)(sizeof(keys) / sizeof(keys[0]));
+}
+
+const SceneKey *SceneKeyRow(PetscInt i)
+{
+  return &keys[i];
+}
+
+const char *SceneKeyName(const SceneKey *key)
+{
+  const char *dot = strrchr(key->path, '.');
+
+  return dot ? dot + 1 : key->path;
+}
+
+/* What follows the parent's path in a direct child's: "young", "*", "[]"; NULL when it is no child. */
+static const char *PartUnder(const SceneKey *parent, const SceneKey *key)
+{
+  const size_t n = strlen(parent->path);
+  const char  *part;
+
+  if (key == parent || strncmp(key->path, parent->path, n)) return NULL;
+  part = key->path + n;
+  if (!strcmp(part, "[]")) return part;
+  if (n) {
+    if (part[0] != '.') return NULL;
+    part++;
+  }
+  return strpbrk(part, ".[") ? NULL : part;
+}
+
+const SceneKey *SceneKeyNext(const SceneKey *parent, const SceneKey *before)
+{
+  for (const SceneKey *key = before ? before + 1 : keys; key < keys + SceneKeyCount(); key++)
+    if (PartUnder(parent, key)) return key;
+  return NULL;
+}
+
+const SceneKey *SceneKeyChild(const SceneKey *parent, const char *name)
+{
+  for (const SceneKey *key = SceneKeyNext(parent, NULL); key; key = SceneKeyNext(parent, key)) {
+    const char *part = PartUnder(parent, key);
+
+    if (parent->type == SCENE_NAMES || (parent->type == SCENE_MAP && !strcmp(part, name))) return key;
+  }
+  return NULL;
+}
+
+const SceneKey *SceneKeyItem(const SceneKey *parent)
+{
+  return parent->type == SCENE_ITEMS ? SceneKeyNext(parent, NULL) : NULL;
+}
+
+const SceneKey *SceneKeyFind(const char *path)
+{
+  const SceneKey *key = keys;
+
+  while (key && *path) {
+    if (*path == '[') {
+      const size_t n = strcspn(path, "]");
+
+      if (!path[n]) return NULL;
+      key = SceneKeyItem(key);
+      path += n + 1;
+    } else {
+      const size_t n = strcspn(path, ".[");
+      char         name[BASE_LINE];
+
+      if (n == 0 || n >= sizeof(name)) return NULL;
+      memcpy(name, path, n);
+      name[n] = 0;
+      key     = SceneKeyChild(key, name);
+      path += n;
+    }
+    if (*path == '.') path++;
+  }
+  return key;
+}
+
+PetscInt SceneKeyChoices(const SceneKey *key, PetscInt max, char word[][32], PetscBool later[], PetscBool group[])
+{
+  PetscInt n = 0;
+
+  for (const char *c = key->choices; c && *c && n < max; n++) {
+    const size_t whole = strcspn(c, " ");
+    size_t       size  = whole;
+
+    later[n] = (PetscBool)(c[size - 1] == '~');
+    if (later[n]) size--;
+    group[n] = (PetscBool)(size > 2 && c[size - 1] == ')');
+    if (group[n]) size -= 2;
+    size = PetscMin(size, 31);
+    memcpy(word[n], c, size);
+    word[n][size] = 0;
+    c += whole;
+    while (*c == ' ') c++;
+  }
+  return n;
+}
+
+PetscErrorCode SceneKeyRange(const SceneKey *key, PetscReal *low, PetscReal *high, PetscBool *low_in, PetscBool *high_in)
+{
+  char opens, closes;
+
+  PetscFunctionBegin;
+  *low    = -INFINITY;
+  *high   = INFINITY;
+  *low_in = *high_in = PETSC_TRUE;
+  if (!key->range) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCheck(sscanf(key->range, "%c%lf,%lf%c", &opens, low, high, &closes) == 4, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Range %s of key %s", key->range, key->path);
+  *low_in  = (PetscBool)(opens == '[');
+  *high_in = (PetscBool)(closes == ']');
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void SceneKeyDefault(const SceneKey *key, PetscInt dimension, size_t size, char text[])
+{
+  const char *bar = strchr(key->preset, '|');
+  size_t      n;
+
+  if (!bar) snprintf(text, size, "%s", key->preset);
+  else if (dimension != 2) snprintf(text, size, "%s", bar + 1);
+  else {
+    n = PetscMin((size_t)(bar - key->preset), size - 1);
+    memcpy(text, key->preset, n);
+    text[n] = 0;
+  }
+}

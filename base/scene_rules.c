@@ -1,0 +1,333 @@
+/*
+  scene_rules.c - what no single key can know: names that must match, keys that need or exclude each other.
+
+  Only what the scene's own text decides stands here; whether a group is in a mesh file, or a step below the critical
+  one, the program asks when it has the mesh and the model. Nodes with a fault of their own are skipped.
+*/
+#include "scene_impl.h"
+#include <string.h>
+#include <unistd.h>
+
+#define GROUPS 6 /* of a built-in shape */
+
+static PetscErrorCode FileExists(Scene scene, const char *name, PetscBool *exists)
+{
+  char        path[BASE_LINE];
+  PetscMPIInt rank;
+  int         found = 0;
+
+  PetscFunctionBegin;
+  PetscCall(SceneFilePath(scene, name, sizeof(path), path));
+  PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
+  if (rank == 0) found = access(path, R_OK) == 0;
+  PetscCallMPI(MPI_Bcast(&found, 1, MPI_INT, 0, scene->comm));
+  *exists = (PetscBool)found;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscBool EndsWith(const char *text, const char *end)
+{
+  const size_t n = strlen(text), m = strlen(end);
+
+  return (PetscBool)(n > m && !strcmp(text + n - m, end));
+}
+
+/* Groups of a built-in shape; -1: a file's, unknown here. */
+static PetscInt ShapeGroups(Scene scene, SceneNode body, const char *groups[GROUPS])
+{
+  static const char *const box[] = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"}, *const cylinder[] = {"bottom", "top", "side"};
+  const SceneNode          geometry = SceneNodeChild(body, "geometry");
+  PetscInt                 n = -1;
+
+  if (SceneNodeChild(geometry, "box")) {
+    n = scene->dimension == 2 ? 4 : 6;
+    for (PetscInt k = 0; k < n; k++) groups[k] = box[k];
+  } else if (SceneNodeChild(geometry, "cylinder")) {
+    n = 3;
+    for (PetscInt k = 0; k < n; k++) groups[k] = cylinder[k];
+  } else if (SceneNodeChild(geometry, "disc")) {
+    n         = 1;
+    groups[0] = "side";
+  }
+  return n;
+}
+
+/* ---- bodies ---- */
+
+static PetscErrorCode CheckUsedMaterial(Scene scene, SceneNode body)
+{
+  static const char *const needed[] = {"density", "young", "poisson"}, *const example[] = {"2400 kg/m3", "28 GPa", "0.2"};
+  const SceneNode          name = SceneNodeChild(body, "material"), materials = SceneNodeChild(scene->root, "materials");
+  const SceneNode          material = name && name->good ? SceneNodeChild(materials, name->text) : NULL;
+  const char              *known[64];
+  PetscInt                 n = 0;
+
+  PetscFunctionBegin;
+  if (!name || !name->good || !materials || materials->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!material) {
+    const char *nearest;
+
+    for (SceneNode m = materials->first; m && n < 64; m = m->next) known[n++] = m->key;
+    nearest = BaseNearest(name->text, n, known);
+    PetscCall(SceneFaultValue(scene, name, "material '%.60s' is not in materials; %s'%.60s'", name->text, nearest ? "did you mean " : "there is ", nearest ? nearest : n ? known[0] : ""));
+  } else if (material->kind == NODE_MAP)
+    for (PetscInt k = 0; k < 3; k++)
+      if (!SceneNodeChild(material, needed[k])) PetscCall(SceneFaultKey(scene, material, "material '%.60s' has no '%s', and body '%.60s' uses it; add it, e.g. %s: %s", material->key, needed[k], body->key, needed[k], example[k]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CheckGeometry(Scene scene, SceneNode body)
+{
+  const SceneNode geometry = SceneNodeChild(body, "geometry"), mesh = SceneNodeChild(body, "mesh"), size = SceneNodeChild(mesh, "size"), cells = SceneNodeChild(mesh, "cells"), unit = SceneNodeChild(body, "length_unit"),
+                  group = SceneNodeChild(body, "group");
+  PetscBool exists;
+
+  PetscFunctionBegin;
+  if (!geometry || !geometry->good) PetscFunctionReturn(PETSC_SUCCESS);
+  if (geometry->kind == NODE_TEXT) {
+    const PetscBool is_mesh = EndsWith(geometry->text, ".msh");
+
+    PetscCall(FileExists(scene, geometry->text, &exists));
+    if (!is_mesh && !EndsWith(geometry->text, ".geo")) PetscCall(SceneFaultValue(scene, geometry, "geometry '%.200s' is neither .geo nor .msh; give a gmsh file or one of {box: ...}, {cylinder: ...}, {disc: ...}", geometry->text));
+    else if (!exists) PetscCall(SceneFaultValue(scene, geometry, "there is no file '%.200s' (looked for beside the scene); give its path from the scene's own folder", geometry->text));
+    if (is_mesh && size) PetscCall(SceneFaultKey(scene, size, "size: a .msh file is meshed already; take it out or give the .geo"));
+    if (is_mesh && cells) PetscCall(SceneFaultKey(scene, cells, "cells: a .msh file is meshed already; take it out or give the .geo"));
+  } else {
+    if (unit) PetscCall(SceneFaultKey(scene, unit, "length_unit is of a geometry file, and this body has a built-in shape; take it out"));
+    if (group) PetscCall(SceneFaultKey(scene, group, "group is of a geometry file, and this body has a built-in shape; take it out"));
+    if (SceneNodeIs(SceneNodeChild(body, "method"), "fem") && !size) PetscCall(SceneFaultKey(scene, mesh ? mesh : body, "%s%.60s has no element size; add mesh: {size: 5 mm}", mesh ? "" : "body ", mesh ? "mesh" : body->key));
+  }
+  if (cells && cells->good && scene->dimension) {
+    const PetscBool flat = (PetscBool)(SceneNodeIs(cells, "tri") || SceneNodeIs(cells, "quad"));
+
+    if (flat != (scene->dimension == 2)) PetscCall(SceneFaultValue(scene, cells, "cells: %s in %d dimensions; allowed: %s", cells->text, (int)scene->dimension, scene->dimension == 2 ? "tri, quad" : "tet, hex"));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CheckBody(Scene scene, SceneNode body)
+{
+  const SceneNode method = SceneNodeChild(body, "method"), packing = SceneNodeChild(SceneNodeChild(body, "dem"), "packing"), file = SceneNodeChild(packing, "file");
+  PetscBool       exists;
+
+  PetscFunctionBegin;
+  if (body->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CheckUsedMaterial(scene, body));
+  PetscCall(CheckGeometry(scene, body));
+  if (scene->is_static == 1 && SceneNodeIs(method, "dem")) PetscCall(SceneFaultValue(scene, method, "time.method is static, and static needs a fem body; body '%.60s' is dem: write time: {method: explicit}", body->key));
+  if (file && file->good) {
+    static const char *const made[] = {"spread", "seed"};
+
+    for (PetscInt k = 0; k < 2; k++) {
+      const SceneNode key = SceneNodeChild(packing, made[k]);
+
+      if (key) PetscCall(SceneFaultKey(scene, key, "%s is of a packing we make, and file brings its own; take one out", made[k]));
+    }
+    PetscCall(FileExists(scene, file->text, &exists));
+    if (!exists) PetscCall(SceneFaultValue(scene, file, "there is no file '%.200s' (looked for beside the scene); give its path from the scene's own folder", file->text));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- groups ---- */
+
+/*
+  A group named at `node`: known to one body (only_body, or any)? With only built-in shapes the names are known here.
+  tools: a tool's name will do too. single: two bodies that have it are ambiguous.
+*/
+static PetscErrorCode CheckGroup(Scene scene, SceneNode node, const char *group, const char *only_body, PetscBool tools, PetscBool single)
+{
+  const SceneNode bodies = SceneNodeChild(scene->root, "bodies"), tool = SceneNodeChild(scene->root, "tools");
+  const char     *known[64], *nearest, *owner[2] = {NULL, NULL};
+  char            all[BASE_LINE / 4] = "";
+  PetscInt        n = 0, found = 0;
+
+  PetscFunctionBegin;
+  if (!bodies || bodies->kind != NODE_MAP || !scene->dimension) PetscFunctionReturn(PETSC_SUCCESS);
+  for (SceneNode body = bodies->first; body; body = body->next) {
+    const char *names[GROUPS];
+    PetscInt    m;
+
+    if (only_body && strcmp(only_body, body->key)) continue;
+    m = ShapeGroups(scene, body, names);
+    if (m < 0) PetscFunctionReturn(PETSC_SUCCESS); /* a file's groups, asked when it is read */
+    for (PetscInt k = 0; k < m; k++) {
+      PetscBool new = PETSC_TRUE;
+
+      for (PetscInt j = 0; j < n; j++)
+        if (!strcmp(known[j], names[k])) new = PETSC_FALSE;
+      if (new && n < 32) known[n++] = names[k];
+      if (!strcmp(names[k], group) && found < 2) owner[found++] = body->key;
+    }
+  }
+  if (tools && tool && tool->kind == NODE_MAP)
+    for (SceneNode t = tool->first; t && n < 64; t = t->next) {
+      known[n++] = t->key;
+      if (!strcmp(t->key, group)) found = PetscMax(found, 1);
+    }
+  for (PetscInt k = 0; k < n; k++) {
+    const size_t used = strlen(all);
+
+    snprintf(all + used, sizeof(all) - used, "%s%s", k ? ", " : "", known[k]);
+  }
+  nearest = BaseNearest(group, n, known);
+  if (!found) PetscCall(SceneFaultValue(scene, node, "group '%.60s' is not there; %s%s%sallowed: %s", group, nearest ? "did you mean '" : "", nearest ? nearest : "", nearest ? "'? " : "", all));
+  else if (single && !only_body && found > 1) PetscCall(SceneFaultValue(scene, node, "group '%.60s' is in bodies '%.60s' and '%.60s'; add body: %.60s or body: %.60s", group, owner[0], owner[1], owner[0], owner[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- conditions ---- */
+
+static const char *const components[] = {"x", "y", "z"};
+
+static PetscBool Fixes(SceneNode fix, PetscInt c)
+{
+  if (SceneNodeIs(fix, components[c]) || SceneNodeIs(fix, "all")) return PETSC_TRUE;
+  if (fix && fix->kind == NODE_LIST)
+    for (SceneNode item = fix->first; item; item = item->next)
+      if (SceneNodeIs(item, components[c]) || SceneNodeIs(item, "all")) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* The keys of a condition that prescribe component c: fix, velocity.c, displacement.c. */
+static PetscInt Prescribes(SceneNode condition, PetscInt c, SceneNode who[3])
+{
+  const SceneNode fix = SceneNodeChild(condition, "fix"), velocity = SceneNodeChild(SceneNodeChild(condition, "velocity"), components[c]), displacement = SceneNodeChild(SceneNodeChild(condition, "displacement"), components[c]);
+  PetscInt        n = 0;
+
+  if (Fixes(fix, c)) who[n++] = fix;
+  if (velocity) who[n++] = velocity;
+  if (displacement) who[n++] = displacement;
+  return n;
+}
+
+static const char *MotionWord(SceneNode node)
+{
+  return node->key && strlen(node->key) == 1 ? node->parent->key : node->key;
+}
+
+static PetscErrorCode CheckMotions(Scene scene, SceneNode condition, PetscInt index)
+{
+  const SceneNode group = SceneNodeChild(condition, "group"), body = SceneNodeChild(condition, "body");
+
+  PetscFunctionBegin;
+  for (PetscInt c = 0; c < 3; c++) {
+    SceneNode      who[3], earlier[3], other = condition->parent->first;
+    const PetscInt n = Prescribes(condition, c, who);
+
+    if (n > 1) PetscCall(SceneFaultKey(scene, who[1], "%s and %s of the same component %s exclude each other; keep one", MotionWord(who[0]), MotionWord(who[1]), components[c]));
+    if (!n || !group || group->kind != NODE_TEXT) continue;
+    for (PetscInt i = 0; i < index; i++, other = other->next) {
+      const SceneNode its_body = SceneNodeChild(other, "body");
+
+      if (!SceneNodeIs(SceneNodeChild(other, "group"), group->text)) continue;
+      if (body && its_body && body->kind == NODE_TEXT && !SceneNodeIs(its_body, body->text)) continue;
+      if (!Prescribes(other, c, earlier)) continue;
+      PetscCall(SceneFaultKey(scene, who[0], "component %s of group '%.60s' is prescribed twice, first in conditions[%d]; keep one", components[c], group->text, (int)i));
+      break;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CheckCondition(Scene scene, SceneNode condition, PetscInt index)
+{
+  static const char *const acts[] = {"fix", "velocity", "displacement", "traction", "pressure"};
+  const SceneNode          group = SceneNodeChild(condition, "group"), body = SceneNodeChild(condition, "body"), gravity = SceneNodeChild(condition, "gravity"), fix = SceneNodeChild(condition, "fix"),
+                  bodies = SceneNodeChild(scene->root, "bodies");
+  PetscBool body_good = PETSC_TRUE;
+  PetscInt  n = 0;
+
+  PetscFunctionBegin;
+  if (condition->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < 5; k++) {
+    const SceneNode act = SceneNodeChild(condition, acts[k]);
+
+    if (!act) continue;
+    n++;
+    if (act->kind == NODE_MAP && !act->n) PetscCall(SceneFaultKey(scene, act, "%s is empty; name a component, e.g. %s: {y: ...}", acts[k], acts[k]));
+    if (act->kind == NODE_LIST && !act->n) PetscCall(SceneFaultValue(scene, act, "%s is empty; name a component, e.g. %s: [x, y]", acts[k], acts[k]));
+    if (gravity) PetscCall(SceneFaultKey(scene, act, "gravity acts on every body and stands alone; give %s its own condition", acts[k]));
+  }
+  if (gravity && group) PetscCall(SceneFaultKey(scene, group, "gravity acts on every body; take the group out"));
+  if (gravity && body) PetscCall(SceneFaultKey(scene, body, "gravity acts on every body; take the body out"));
+  if (gravity) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!n) PetscCall(SceneFaultKey(scene, condition, "conditions[%d] does nothing; give one of fix, velocity, displacement, traction, pressure, gravity", (int)index));
+  if (n && !group) PetscCall(SceneFaultKey(scene, condition, "conditions[%d] has no 'group'; name the group it acts on", (int)index));
+  if (fix && scene->dimension == 2) {
+    if (SceneNodeIs(fix, "z")) PetscCall(SceneFaultValue(scene, fix, "fix: z, but the scene has dimension: 2; allowed: x, y, all"));
+    for (SceneNode item = fix->first; item; item = item->next)
+      if (SceneNodeIs(item, "z")) PetscCall(SceneFaultValue(scene, item, "fix: z, but the scene has dimension: 2; allowed: x, y, all"));
+  }
+  if (body && body->good && bodies && bodies->kind == NODE_MAP && !SceneNodeChild(bodies, body->text)) {
+    const char *known[64], *nearest;
+    PetscInt    m = 0;
+
+    for (SceneNode b = bodies->first; b && m < 64; b = b->next) known[m++] = b->key;
+    nearest = BaseNearest(body->text, m, known);
+    PetscCall(SceneFaultValue(scene, body, "body '%.60s' is not in bodies; %s'%.60s'", body->text, nearest ? "did you mean " : "there is ", nearest ? nearest : m ? known[0] : ""));
+    body_good = PETSC_FALSE;
+  }
+  if (group && group->good && body_good) PetscCall(CheckGroup(scene, group, group->text, body && body->good ? body->text : NULL, PETSC_FALSE, PETSC_TRUE));
+  PetscCall(CheckMotions(scene, condition, index));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- the rest ---- */
+
+static PetscErrorCode CheckTools(Scene scene, SceneNode tools, SceneNode bodies)
+{
+  PetscBool any = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (!tools || tools->kind != NODE_MAP || !bodies || bodies->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
+  for (SceneNode body = bodies->first; body; body = body->next) {
+    const SceneNode method = SceneNodeChild(body, "method");
+
+    if (!SceneNodeIs(method, "fem")) any = PETSC_TRUE;
+  }
+  if (tools->n && !any) PetscCall(SceneFaultKey(scene, tools, "tools meet particles only, and no body has method: dem; use conditions on the body's groups"));
+  for (SceneNode tool = tools->first; tool; tool = tool->next) {
+    const SceneNode normal = SceneNodeChild(SceneNodeChild(tool, "plane"), "normal");
+    PetscReal       length = 0;
+
+    if (!normal || !normal->good) continue;
+    for (SceneNode item = normal->first; item; item = item->next) length += PetscAbsReal(item->value);
+    if (length == 0) PetscCall(SceneFaultValue(scene, normal, "normal has length zero; give a direction, e.g. %s", scene->dimension == 2 ? "[0, 1]" : "[0, 0, 1]"));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The group within "reaction(load)". */
+static PetscErrorCode CheckQuantity(Scene scene, SceneNode node)
+{
+  const char *open = node->kind == NODE_TEXT ? strchr(node->text, '(') : NULL;
+  char        group[BASE_LINE / 2];
+  size_t      n;
+
+  PetscFunctionBegin;
+  if (!open || !node->good || !open[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  n = strlen(open + 1) - 1;
+  memcpy(group, open + 1, n);
+  group[n] = 0;
+  PetscCall(CheckGroup(scene, node, group, NULL, PETSC_TRUE, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SceneRules(Scene scene)
+{
+  const SceneNode root = scene->root, bodies = SceneNodeChild(root, "bodies"), conditions = SceneNodeChild(root, "conditions"), quantities = SceneNodeChild(SceneNodeChild(SceneNodeChild(root, "output"), "history"), "quantities");
+  PetscInt        i = 0;
+
+  PetscFunctionBegin;
+  if (bodies && bodies->kind == NODE_MAP)
+    for (SceneNode body = bodies->first; body; body = body->next) PetscCall(CheckBody(scene, body));
+  if (conditions && conditions->kind == NODE_LIST)
+    for (SceneNode condition = conditions->first; condition; condition = condition->next) PetscCall(CheckCondition(scene, condition, i++));
+  PetscCall(CheckTools(scene, SceneNodeChild(root, "tools"), bodies));
+  if (quantities) {
+    if (quantities->kind == NODE_TEXT) PetscCall(CheckQuantity(scene, quantities));
+    for (SceneNode item = quantities->first; item; item = item->next) PetscCall(CheckQuantity(scene, item));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
