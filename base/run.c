@@ -100,7 +100,7 @@ static PetscErrorCode ChooseStep(Run *run)
   s->stable_dt = PETSC_MAX_REAL;
   if (run->stepper->stable_step) PetscCall(run->stepper->stable_step(run->stepper->ctx, &s->stable_dt));
   PetscCallMPI(MPI_Bcast(&s->stable_dt, 1, MPIU_REAL, 0, run->comm));
-  PetscCheck(s->stable_dt > 0, run->comm, PETSC_ERR_FP, "The %s model allows a step of %g s; it must be positive", run->stepper->name, (double)s->stable_dt);
+  PetscCheck(s->stable_dt > 0, run->comm, PETSC_ERR_FP, "The %s model allows a step of %.6g s; it must be positive", run->stepper->name, (double)s->stable_dt);
   s->dt = o->step > 0 ? o->step : (o->safety > 0 ? o->safety : 0.9) * s->stable_dt;
   BaseCheckInput(s->dt < 0.1 * PETSC_MAX_REAL, run->comm, "The %s model sets no time step of its own; give one (time.step)", run->stepper->name);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -111,7 +111,7 @@ static PetscErrorCode CountSteps(Run *run)
   const PetscReal steps = StepOf(1, run->options->end, run->sum->dt);
 
   PetscFunctionBegin;
-  BaseCheckInput(steps < PETSC_MAX_INT - 1, run->comm, "%g s in steps of %g s are %g steps, more than this build can count (%" PetscInt_FMT ")", (double)run->options->end,
+  BaseCheckInput(steps < PETSC_MAX_INT - 1, run->comm, "%.6g s in steps of %.6g s are %.6g steps, more than this build can count (%" PetscInt_FMT ")", (double)run->options->end,
                  (double)run->sum->dt, (double)steps, PETSC_MAX_INT);
   run->last = (PetscInt)steps;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -220,17 +220,17 @@ static PetscErrorCode CheckState(Run *run, PetscBool scheduled)
   LastGood(run, good, sizeof(good));
   for (PetscInt term = LEDGER_TERMS - 1; term >= 0; term--)
     if (PetscIsInfOrNanReal(e[term])) bad = term;
-  PetscCheck(bad < 0, run->comm, PETSC_ERR_FP, "The %s energy is %g at step %" PetscInt_FMT ", t = %g s: the state is lost (step of %g s, stable step %g s); %s", LedgerNames[bad],
+  PetscCheck(bad < 0, run->comm, PETSC_ERR_FP, "The %s energy is %.6g at step %" PetscInt_FMT ", t = %.6g s: the state is lost (step of %.6g s, stable step %.6g s); %s", LedgerNames[bad],
              (double)e[bad], run->n, (double)sum->time, (double)sum->dt, (double)sum->stable_dt, good);
   PetscCheck(!PetscIsInfOrNanReal(run->unbalanced) && !PetscIsInfOrNanReal(sum->ledger.work_in), run->comm, PETSC_ERR_FP,
-             "The %s is not finite at step %" PetscInt_FMT ", t = %g s: the state is lost; %s", PetscIsInfOrNanReal(run->unbalanced) ? "unbalanced force" : "external work", run->n,
+             "The %s is not finite at step %" PetscInt_FMT ", t = %.6g s: the state is lost; %s", PetscIsInfOrNanReal(run->unbalanced) ? "unbalanced force" : "external work", run->n,
              (double)sum->time, good);
 
   given  = sum->ledger.work_in + PetscAbsReal(run->initial) + 1e-12 * PetscAbsReal(sum->ledger.scale);
   stored = PetscMax(PetscAbsReal(e[LEDGER_KINETIC]), PetscAbsReal(e[LEDGER_STRAIN]));
   error  = LedgerError(&sum->ledger);
   PetscCheck(error <= bound && stored <= GROWTH_BOUND * given, run->comm, PETSC_ERR_NOT_CONVERGED,
-             "Energy balance lost at step %" PetscInt_FMT ", t = %g s: ledger error %.3g, bound %g; kinetic %g J, strain %g J, put in %g J (step of %g s, stable step %g s); %s", run->n,
+             "Energy balance lost at step %" PetscInt_FMT ", t = %.6g s: ledger error %.3g, bound %.6g; kinetic %.6g J, strain %.6g J, put in %.6g J (step of %.6g s, stable step %.6g s); %s", run->n,
              (double)sum->time, (double)error, (double)bound, (double)e[LEDGER_KINETIC], (double)e[LEDGER_STRAIN], (double)given, (double)sum->dt, (double)sum->stable_dt, good);
   if (scheduled) {
     run->work_in            = sum->ledger.work_in;
@@ -317,9 +317,9 @@ static PetscErrorCode LoadAll(Run *run, Checkpoint c)
   run->initial          = kept[2];
   run->work_in          = kept[3];
   s->worst_ledger_error = kept[4];
-  BaseCheckInput(run->n >= 0 && s->dt > 0, run->comm, "The checkpoint '%s' is damaged: step %" PetscInt_FMT ", time step %g s", run->checkpoint, run->n, (double)s->dt);
+  BaseCheckInput(run->n >= 0 && s->dt > 0, run->comm, "The checkpoint '%s' is damaged: step %" PetscInt_FMT ", time step %.6g s", run->checkpoint, run->n, (double)s->dt);
   BaseCheckInput(!(run->options->step > 0) || PetscAbsReal(run->options->step - s->dt) <= 1e-12 * s->dt, run->comm,
-                 "The checkpoint '%s' was made with a step of %g s, not %g s; the step stays the same from start to end", run->checkpoint, (double)s->dt, (double)run->options->step);
+                 "The checkpoint '%s' was made with a step of %.6g s, not %.6g s; the step stays the same from start to end", run->checkpoint, (double)s->dt, (double)run->options->step);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -425,7 +425,7 @@ static PetscErrorCode Advance(Run *run)
     char good[BASE_LINE + 128];
 
     LastGood(run, good, sizeof(good));
-    if (!run->options->quiet && run->rank == 0) fprintf(stderr, "cleave: stopped in step %lld, t = %g s; %s\n", (long long)run->n + 1, (double)run->sum->time, good);
+    if (!run->options->quiet && run->rank == 0) fprintf(stderr, "cleave: stopped in step %lld, t = %.6g s; %s\n", (long long)run->n + 1, (double)run->sum->time, good);
   }
   PetscCall(code);
   run->n++;
@@ -486,7 +486,7 @@ PetscErrorCode RunLoop(MPI_Comm comm, const Stepper *stepper, const RunOptions *
   PetscErrorCode   code;
 
   PetscFunctionBegin;
-  BaseCheckInput(options->end > 0 && !PetscIsInfOrNanReal(options->end), comm, "The end of the run, %g s, must be positive (time.end)", (double)options->end);
+  BaseCheckInput(options->end > 0 && !PetscIsInfOrNanReal(options->end), comm, "The end of the run, %.6g s, must be positive (time.end)", (double)options->end);
   BaseCheckInput(options->step >= 0 && options->history_every >= 0 && options->frame_every >= 0 && options->checkpoint_every >= 0, comm,
                  "A time step or an interval of output is negative; it must be positive, or 0 for the default");
   memset(summary, 0, sizeof(*summary));
