@@ -19,7 +19,7 @@ static const AppGroup *FindGroup(const AppCase *c, const char *name)
 /* Says which groups there are, nearest first when one is near. */
 static PetscErrorCode FailNoGroup(AppCase *c, const char *path, const char *name)
 {
-  const char *names[256], *near;
+  const char *names[256] = {NULL}, *near;
   char        known[1024] = "";
   PetscInt    n = PetscMin(c->n_groups, 256);
 
@@ -50,19 +50,13 @@ static PetscErrorCode AddLoad(AppCase *c, AppLoadKind kind, const char *path, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same component of one group fixed twice: by name at the second place. */
 static PetscErrorCode AddFix(AppCase *c, const char *path, const char *group, PetscInt component, PetscBool velocity, const Table *table)
 {
   AppLoad *load;
 
   PetscFunctionBegin;
-  if (component >= c->dim) PetscCall(SceneFail(c->scene, path, "there is no z in a scene of dimension 2"));
-  for (PetscInt k = 0; k < c->n_loads; k++) {
-    const AppLoad *l = &c->load[k];
-
-    if (l->kind == APP_FIX && l->component == component && !strcmp(l->group, group))
-      PetscCall(SceneFail(c->scene, path, "the motion of '%s' along %c is prescribed already; one condition per group and direction", group, (char)('x' + component)));
-  }
+  if (!c->is_static && !velocity && TableValue(table, 0) != 0)
+    PetscCall(SceneFail(c->scene, path, "'%s' stands %g m away from its place at t = 0; an explicit run starts at displacement 0: use a table or a ramp", group, (double)TableValue(table, 0)));
   PetscCall(AddLoad(c, APP_FIX, path, group, &load));
   load->component = component;
   load->velocity  = velocity;
@@ -111,7 +105,6 @@ static PetscErrorCode ReadDirections(AppCase *c, const char *at, const char *key
     if (!strcmp(key, "traction")) {
       AppLoad *load;
 
-      if (d >= c->dim) PetscCall(SceneFail(c->scene, path, "there is no z in a scene of dimension 2"));
       PetscCall(AddLoad(c, APP_TRACTION, path, group->name, &load));
       load->component = d;
       PetscCall(TableCopy(&table, &load->table));
@@ -146,53 +139,64 @@ static PetscErrorCode CheckDemTraction(AppCase *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Is the face flat, its normal along the axis? */
+static PetscBool FlatAcross(const DemBody *body, PetscInt face, PetscInt axis)
+{
+  for (PetscInt k = 0; k < body->start[body->n_pieces]; k++)
+    if (body->face[k] == face && PetscAbsReal(PetscAbsReal(body->plane[4 * k + axis]) - 1) > 1e-9) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
+/* A platen is smooth (a flat face moves along its own normal alone) or glued (all components); held and loaded exclude each other. */
+static PetscErrorCode CheckDemFaces(AppCase *c)
+{
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < c->body.n_faces; f++) {
+    const AppLoad *fix = NULL, *force = NULL;
+    PetscInt       held = 0;
+
+    for (PetscInt k = 0; k < c->n_loads; k++) {
+      const AppLoad *l = &c->load[k];
+
+      if (strcmp(l->group, c->body.face_name[f]) || !l->group[0]) continue;
+      if (l->kind == APP_FIX) {
+        fix = l;
+        held++;
+      } else force = l;
+    }
+    if (fix && force) PetscCall(SceneFail(c->scene, force->path, "'%s' is a platen: its motion is prescribed, so it cannot carry a force too", force->group));
+    if (!fix || held == c->dim || (held == 1 && FlatAcross(&c->body, f, fix->component))) continue;
+    if (held == 1)
+      PetscCall(SceneFail(c->scene, fix->path, "'%s' is not a flat face across %c; a smooth platen moves a flat face along its own normal alone, a glued one prescribes all components", fix->group,
+                          (char)('x' + fix->component)));
+    PetscCall(SceneFail(c->scene, fix->path, "%d of %d components of '%s' are prescribed; a face of particles is held along its normal alone (smooth) or in all components (glued)", (int)held,
+                        (int)c->dim, fix->group));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* That a condition has a group and does something the scene's own rules have seen to. */
 static PetscErrorCode ReadCondition(AppCase *c, PetscInt i)
 {
-  static const char *const keys[] = {"fix", "velocity", "displacement", "traction", "pressure"};
   char            at[64], path[256];
-  const char     *name = NULL;
+  const char     *name;
   const AppGroup *group;
   AppLoad        *load;
-  PetscBool       has, any = PETSC_FALSE;
+  PetscBool       has;
 
   PetscFunctionBegin;
   Path(at, "conditions[%" PetscInt_FMT "]", i);
-  Path(path, "%s.group", at);
-  PetscCall(SceneHas(c->scene, path, &has));
-  if (has) PetscCall(SceneGetString(c->scene, path, &name));
-
   Path(path, "%s.gravity", at);
   PetscCall(SceneHas(c->scene, path, &has));
   if (has) {
-    if (name) PetscCall(SceneFail(c->scene, path, "gravity acts on everything; leave the group '%s' out of this condition", name));
     for (PetscInt k = 0; k < c->n_loads; k++)
-      if (c->load[k].kind == APP_GRAVITY) PetscCall(SceneFail(c->scene, path, "gravity is given already"));
+      if (c->load[k].kind == APP_GRAVITY) PetscCall(SceneFail(c->scene, path, "gravity is given already, in another condition; keep one"));
     PetscCall(AddLoad(c, APP_GRAVITY, path, "", &load));
     PetscCall(SceneGetVector(c->scene, path, c->dim, load->gravity));
-    any = PETSC_TRUE;
-  }
-  for (int k = 0; k < 5; k++) {
-    Path(path, "%s.%s", at, keys[k]);
-    PetscCall(SceneHas(c->scene, path, &has));
-    if (!has) continue;
-    any = PETSC_TRUE;
-    if (!name) PetscCall(SceneFail(c->scene, path, "%s needs a group to act on: add group: NAME", keys[k]));
-  }
-  if (!any) PetscCall(SceneFail(c->scene, at, "this condition does nothing; give fix, velocity, displacement, traction, pressure or gravity"));
-  if (!name) PetscFunctionReturn(PETSC_SUCCESS);
-
-  Path(path, "%s.body", at);
-  PetscCall(SceneHas(c->scene, path, &has));
-  if (has) {
-    const char *body;
-
-    PetscCall(SceneGetString(c->scene, path, &body));
-    has = PETSC_FALSE;
-    for (PetscInt p = 0; p < c->n_parts; p++)
-      if (!strcmp(body, c->part[p].name)) has = PETSC_TRUE;
-    if (!has) PetscCall(SceneFail(c->scene, path, "no body '%s'; there is '%s'%s", body, c->part[0].name, c->n_parts > 1 ? " and others" : ""));
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
   Path(path, "%s.group", at);
+  PetscCall(SceneGetString(c->scene, path, &name));
   group = FindGroup(c, name);
   if (!group) PetscCall(FailNoGroup(c, path, name));
 
@@ -217,42 +221,25 @@ static PetscErrorCode ReadCondition(AppCase *c, PetscInt i)
 
 /* ---- history ------------------------------------------------------------------------------------------------------ */
 
-/* "reaction( notch mouth )" -> quantity, group; "energies" has no group. */
+/* "reaction( notch mouth )" -> quantity, group. Its form has been checked; `energies` has no group and is always there. */
 static PetscErrorCode ReadQuantity(AppCase *c, const char *path, const char *text)
 {
-  static const char *const known[] = {"reaction", "displacement", "velocity", "energies"};
-  const char  *open = strchr(text, '('), *near;
-  size_t       length = open ? (size_t)(open - text) : strlen(text);
+  const char  *from = strchr(text, '('), *to = strrchr(text, ')');
+  size_t       length = from ? (size_t)(from - text) : 0;
   AppQuantity *q;
-  PetscBool    is_known = PETSC_FALSE, tool = PETSC_FALSE;
+  PetscBool    tool = PETSC_FALSE;
 
   PetscFunctionBegin;
+  if (!from || !to) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscRealloc((size_t)(c->n_quantities + 1) * sizeof(*c->quantity), &c->quantity));
   q = &c->quantity[c->n_quantities];
   PetscCall(PetscMemzero(q, sizeof(*q)));
   PetscCall(PetscStrncpy(q->path, path, sizeof(q->path)));
   while (length && isspace((unsigned char)text[length - 1])) length--;
   PetscCall(PetscStrncpy(q->quantity, text, PetscMin(length + 1, sizeof(q->quantity))));
-  for (int k = 0; k < 4; k++)
-    if (!strcmp(q->quantity, known[k])) is_known = PETSC_TRUE;
-  if (!is_known) {
-    near = BaseNearest(q->quantity, 4, known);
-    if (near) PetscCall(SceneFail(c->scene, path, "no quantity '%s'; did you mean '%s'?", q->quantity, near));
-    PetscCall(SceneFail(c->scene, path, "no quantity '%s'; there is reaction(GROUP), displacement(GROUP), velocity(GROUP), energies", q->quantity));
-  }
-  if (!strcmp(q->quantity, "energies")) {
-    if (open) PetscCall(SceneFail(c->scene, path, "energies are of the whole model; leave the group out"));
-    PetscFunctionReturn(PETSC_SUCCESS); /* always in the history: the ledger's columns */
-  }
-  if (open) {
-    const char *from = open + 1, *to = strchr(from, ')');
-
-    if (!to || to[1]) PetscCall(SceneFail(c->scene, path, "'%s' does not end with ')'; write %s(GROUP)", text, q->quantity));
-    while (from < to && isspace((unsigned char)*from)) from++;
-    while (to > from && isspace((unsigned char)to[-1])) to--;
-    PetscCall(PetscStrncpy(q->group, from, PetscMin((size_t)(to - from) + 1, sizeof(q->group))));
-  }
-  if (!q->group[0]) PetscCall(SceneFail(c->scene, path, "%s of what? write %s(GROUP)", q->quantity, q->quantity));
+  for (from++; from < to && isspace((unsigned char)*from);) from++;
+  while (to > from && isspace((unsigned char)to[-1])) to--;
+  PetscCall(PetscStrncpy(q->group, from, PetscMin((size_t)(to - from) + 1, sizeof(q->group))));
   for (PetscInt k = 0; k < c->n_tools; k++) {
     const char *name;
 
@@ -274,13 +261,15 @@ PetscErrorCode AppConditionsRead(AppCase *c)
   PetscFunctionBegin;
   PetscCall(SceneHas(c->scene, "tools", &has));
   if (has) PetscCall(SceneGetSize(c->scene, "tools", &c->n_tools));
-  if (c->n_tools && c->method == APP_FEM) PetscCall(SceneFail(c->scene, "tools", "rigid tools against finite elements are not covered yet, see docs/not-yet.md; prescribe the motion of a group instead"));
   PetscCall(SceneHas(c->scene, "conditions", &has));
   if (has) {
     PetscCall(SceneGetSize(c->scene, "conditions", &n));
     for (PetscInt i = 0; i < n; i++) PetscCall(ReadCondition(c, i));
   }
-  if (c->method == APP_DEM) PetscCall(CheckDemTraction(c));
+  if (c->method == APP_DEM) {
+    PetscCall(CheckDemTraction(c));
+    PetscCall(CheckDemFaces(c));
+  }
   PetscCall(SceneHas(c->scene, "output.history.quantities", &has));
   if (has) {
     PetscCall(SceneGetSize(c->scene, "output.history.quantities", &n));
@@ -358,7 +347,6 @@ static PetscErrorCode ApplyTools(AppCase *c)
 
       Path(path, "%s.velocity.%c", at, (char)('x' + d));
       PetscCall(SceneHas(c->scene, path, &has));
-      if (has && d >= c->dim) PetscCall(SceneFail(c->scene, path, "there is no z in a scene of dimension 2"));
       if (has) PetscCall(SceneGetTable(c->scene, path, &velocity[d]));
       else PetscCall(TableCreateConstant(0, &velocity[d]));
     }

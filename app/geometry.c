@@ -41,28 +41,13 @@ static PetscErrorCode GetReal(Scene scene, PetscReal *value, const char *format,
 
 /* ---- materials ------------------------------------------------------------------------------------------------- */
 
+/* The scene's own rules have seen to it that the material is there and whole. */
 static PetscErrorCode ReadMaterial(AppCase *c, AppPart *part)
 {
-  char        path[256], known[512] = "";
-  const char *names[64], *near;
-  PetscInt    n, found = -1;
+  char path[256];
 
   PetscFunctionBegin;
   PetscCall(GetString(c->scene, &part->material, "bodies.%s.material", part->name));
-  PetscCall(SceneGetSize(c->scene, "materials", &n));
-  n = PetscMin(n, 64);
-  for (PetscInt k = 0; k < n; k++) {
-    PetscCall(SceneGetEntry(c->scene, "materials", k, &names[k]));
-    if (!strcmp(names[k], part->material)) found = k;
-    PetscCall(PetscStrlcat(known, k ? ", " : "", sizeof(known)));
-    PetscCall(PetscStrlcat(known, names[k], sizeof(known)));
-  }
-  if (found < 0) {
-    Path(path, "bodies.%s.material", part->name);
-    near = BaseNearest(part->material, n, names);
-    if (near) PetscCall(SceneFail(c->scene, path, "no material '%s'; did you mean '%s'?", part->material, near));
-    PetscCall(SceneFail(c->scene, path, "no material '%s'; there is %s", part->material, n ? known : "none: add it under materials"));
-  }
   PetscCall(GetReal(c->scene, &part->density, "materials.%s.density", part->material));
   PetscCall(GetReal(c->scene, &part->young, "materials.%s.young", part->material));
   PetscCall(GetReal(c->scene, &part->poisson, "materials.%s.poisson", part->material));
@@ -92,8 +77,6 @@ static PetscErrorCode CellType(AppCase *c, const char *body, MeshCellType *type)
     PetscCall(SceneGetString(c->scene, path, &word));
     for (int k = 0; k < 4; k++)
       if (!strcmp(word, words[k])) *type = types[k];
-    if (MeshCellDim(*type) != c->dim)
-      PetscCall(SceneFail(c->scene, path, "%s cells do not fill a scene of dimension %" PetscInt_FMT "; use %s", word, c->dim, c->dim == 2 ? "tri or quad" : "tet or hex"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -111,14 +94,11 @@ static PetscErrorCode ReadBoxMesh(AppCase *c, const char *body)
   PetscCall(SceneGetVector(c->scene, path, c->dim, low));
   Path(path, "bodies.%s.geometry.box.size", body);
   PetscCall(SceneGetVector(c->scene, path, c->dim, size));
-  for (PetscInt d = 0; d < c->dim; d++)
-    if (!(size[d] > 0)) PetscCall(SceneFail(c->scene, path, "a box %g m long along %c has no volume; every size must be positive", (double)size[d], (char)('x' + d)));
   Path(path, "bodies.%s.mesh.order", body);
   PetscCall(SceneGetInt(c->scene, path, &order));
   if (order != 1) PetscCall(SceneFail(c->scene, path, "order 2 needs a geometry file (.geo); the built-in box has linear cells"));
   Path(path, "bodies.%s.mesh.size", body);
   PetscCall(SceneGetReal(c->scene, path, &h));
-  if (!(h > 0)) PetscCall(SceneFail(c->scene, path, "a mesh size of %g m cannot fill a box; it must be positive", (double)h));
   for (PetscInt d = 0; d < c->dim; d++) {
     const PetscReal cells = PetscCeilReal(size[d] / h * (1 - 1e-9));
 
@@ -273,7 +253,7 @@ static PetscErrorCode ShareBodyGroups(AppCase *c)
 static PetscErrorCode CheckPartGroup(AppCase *c, const AppPart *part, PetscInt n, const AppGroup group[])
 {
   char        path[256];
-  const char *names[256], *near;
+  const char *names[256] = {NULL}, *near;
   PetscInt    m = 0;
 
   PetscFunctionBegin;
@@ -337,17 +317,12 @@ static PetscErrorCode ReadDemBody(AppCase *c)
   PetscCall(Has(c->scene, &cylinder, "bodies.%s.geometry.cylinder", body));
   PetscCall(Has(c->scene, &disc, "bodies.%s.geometry.disc", body));
   Path(path, "bodies.%s.geometry", body);
-  if (cylinder && c->dim != 3) PetscCall(SceneFail(c->scene, path, "a cylinder needs dimension: 3; in 2D use a disc or a box"));
-  if (disc && c->dim != 2) PetscCall(SceneFail(c->scene, path, "a disc needs dimension: 2; in 3D use a cylinder"));
   if (box) {
     Path(path, "bodies.%s.geometry.box.low", body);
     PetscCall(SceneGetVector(c->scene, path, c->dim, low));
     Path(path, "bodies.%s.geometry.box.size", body);
     PetscCall(SceneGetVector(c->scene, path, c->dim, size));
-    for (PetscInt d = 0; d < c->dim; d++) {
-      if (!(size[d] > 0)) PetscCall(SceneFail(c->scene, path, "a box %g m long along %c has no volume; every size must be positive", (double)size[d], (char)('x' + d)));
-      size[d] += low[d];
-    }
+    for (PetscInt d = 0; d < c->dim; d++) size[d] += low[d];
     AppCallAt(c->scene, path, DemBodyCreateBox(c->dim, low, size, c->thickness, &c->body));
   } else if (cylinder) {
     Path(path, "bodies.%s.geometry.cylinder.centre", body);
@@ -417,7 +392,6 @@ static PetscErrorCode ReadParts(AppCase *c)
 
   PetscFunctionBegin;
   PetscCall(SceneGetSize(c->scene, "bodies", &n));
-  if (!n) PetscCall(SceneFail(c->scene, "bodies", "the scene has no body; add one under bodies"));
   if (n > APP_PARTS) PetscCall(SceneFail(c->scene, "bodies", "%" PetscInt_FMT " bodies; at most %d are taken", n, APP_PARTS));
   for (PetscInt b = 0; b < n; b++) {
     AppPart    *part = &c->part[b];
@@ -452,7 +426,6 @@ PetscErrorCode AppGeometryRead(AppCase *c)
 {
   PetscFunctionBegin;
   PetscCall(ReadParts(c));
-  if (c->is_static && c->method == APP_DEM) PetscCall(SceneFail(c->scene, "time.method", "static solves finite elements only; particles are explicit: take method: explicit with a slow ramp and local_damping"));
   if (c->method == APP_DEM) PetscCall(ReadDemBody(c));
   else PetscCall(ReadFemBody(c));
   PetscFunctionReturn(PETSC_SUCCESS);

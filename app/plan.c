@@ -186,8 +186,9 @@ static void Expected(FILE *out, PetscReal s)
 
 PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
 {
-  const char *title, *about = p->built ? "" : "about ";
-  PetscReal   end;
+  const char     *title, *about = p->built ? "" : "about ";
+  const PetscBool sure = p->built || c->is_static ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal       end;
 
   PetscFunctionBegin;
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
@@ -204,8 +205,8 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
     fputc('\n', out);
   }
   fprintf(out, "  loads     %d from conditions, %d tools\n", (int)c->n_loads, (int)c->n_tools);
-  fprintf(out, "  memory    %s%.0f MB\n", about, (double)(p->bytes / 1e6));
-  fprintf(out, "  step      %s", about);
+  fprintf(out, "  memory    %s%.3g MB\n", about, (double)(p->bytes / 1e6));
+  fprintf(out, "  step      %s", sure ? "" : "about ");
   Time(out, p->dt);
   fprintf(out, "  (%s)\n", p->sets);
   if (p->critical > 0) {
@@ -213,7 +214,7 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
     Time(out, p->critical);
     fprintf(out, "  (2/omega_max by power iteration)\n");
   }
-  fprintf(out, "  steps     %s%.0f to ", about, (double)p->steps);
+  fprintf(out, "  steps     %s%.0f to ", sure ? "" : "about ", (double)p->steps);
   Time(out, end);
   fprintf(out, "\n  expected  ");
   Expected(out, p->seconds);
