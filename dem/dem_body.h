@@ -16,6 +16,7 @@ typedef struct {
   PetscInt  *start; /* [n_pieces + 1] first plane of a piece */
   PetscReal *plane; /* [start[n_pieces]][4] outward unit normal n and offset c: inside is n.x <= c */
   PetscInt  *face;  /* [start[n_pieces]] boundary face of that plane, -1 between two pieces */
+  PetscInt  *beyond; /* [start[n_pieces]] piece on the other side of that plane, -1 at the boundary */
   PetscReal *box;   /* [n_pieces][6] low x y z, high x y z */
 
   PetscInt n_faces; /* named parts of the boundary */
@@ -24,6 +25,7 @@ typedef struct {
   /* The boundary as simplices: triangles (3D) or segments (2D), outward orientation. */
   PetscInt   n_simplices;
   PetscReal *simplex;      /* [n_simplices][dim][3] corners [m] */
+  PetscInt  *simplex_node; /* [n_simplices][dim] equal numbers are the same point; two sides of a crack have their own */
   PetscInt  *simplex_face; /* [n_simplices] */
 } DemBody;
 
@@ -33,7 +35,15 @@ PetscErrorCode DemBodyCreateBox(PetscInt dim, const PetscReal low[3], const Pets
 PetscErrorCode DemBodyCreateCylinder(const PetscReal centre[3], PetscReal radius, PetscReal height, PetscInt sides, DemBody *body);
 /* 2D; face "side". */
 PetscErrorCode DemBodyCreateDisc(const PetscReal centre[2], PetscReal radius, PetscInt sides, PetscReal thickness, DemBody *body);
-/* Linear simplices of a mesh; group "" = all of them; facet groups become faces, unnamed boundary is face "". */
+/*
+  DemBodyCreateFromMesh - the cells of a mesh as pieces; group "" = all of them
+
+  Triangles and tetrahedra are pieces as they are, convex quadrilaterals too; hexahedra, prisms and pyramids are split
+  about their middle, faces along the diagonal from their lowest node, so neighbours agree. Of a quadratic cell the
+  corners count. Facet groups on the boundary become faces, the rest of it is face "".
+  Errors: PETSC_ERR_USER_INPUT for an unknown group, a flat or non-convex cell, three cells on one facet, a boundary
+  facet in two groups, a 2D mesh that leaves the plane z = 0.
+*/
 PetscErrorCode DemBodyCreateFromMesh(const Mesh *mesh, const char *group, PetscReal thickness, DemBody *body);
 PetscErrorCode DemBodyDestroy(DemBody *body);
 

@@ -18,11 +18,13 @@ typedef struct {
 
 /* What the papers report and what a user checks. Design section 0 defines porosity and coordination. */
 typedef struct {
-  PetscReal porosity;
+  PetscReal porosity; /* exact: each sphere's volume within its own power cell, summed.  Eq. (3.7) */
   PetscReal coordination_10, coordination_15; /* neighbours with gap <= 0.10, 0.15 (r_i + r_j) */
   PetscReal mean_radius, relative_deviation;
   PetscReal largest_overlap; /* / (r_i + r_j) */
-  PetscReal flatness;        /* largest |distance to its face - r| / r over the particles of flat faces */
+  PetscReal flatness;        /* largest |distance to its face - r| / r over the outermost particles */
+  PetscInt  outermost;       /* particles nearer to the boundary than 1.25 r */
+  PetscReal smallest_cell;   /* smallest cell volume / mean: the time step hangs on it */
 } DemPackingReport;
 
 PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *options, DemPacking *packing);

@@ -1,0 +1,17 @@
+/* dem_pack_impl.h - what the steps of a packing hand to each other. */
+#pragma once
+#include "dem_body_impl.h"
+#include "dem_packing.h"
+
+/* Number k of stream `stream` of a seed, uniform in [0, 1): splitmix64, so any thread may ask for any number. */
+PetscReal DemPackRandom(PetscInt seed, PetscInt stream, PetscInt64 k);
+
+/* n points inside the body, at least 0.2 radius from its boundary, evenly spread but disordered; in Morton order. x [n][3] */
+PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt seed, PetscReal *x);
+
+/* Minimise the gap functional over x [n][3] and r [n]; the mean radius stays `radius`, each r within 0.7 .. 1.3 of its
+   start; then set the outermost spheres exactly against the walls.  Eqs (3.4)-(3.6) */
+PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt iterations, PetscReal *x, PetscReal *r);
+
+/* Pairs with gap < reach (r_i + r_j), both ways: neighbours of i are nbr[start[i] .. start[i + 1]), ascending. Caller frees. */
+PetscErrorCode DemPackNeighbours(PetscInt dim, PetscInt n, const PetscReal *x, const PetscReal *r, PetscReal reach, PetscInt **start, PetscInt **nbr);
