@@ -145,15 +145,11 @@ PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan)
   if (!c->is_static) {
     PetscCall(SceneGetReal(c->scene, "time.safety", &safety));
     PetscCall(SceneGetReal(c->scene, "time.step", &given));
-    if (c->method == APP_FEM) {
-      PetscCall(FemModelGetStableStep(c->fem, &stable));
-      PetscCall(FemModelGetCriticalStep(c->fem, &plan->critical));
-      PetscCall(PetscSNPrintf(plan->sets, sizeof(plan->sets), "%g x the bound from the stiffest element", (double)safety));
-    } else {
-      PetscCall(DemModelGetStableStep(c->dem, &stable));
-      PetscCall(DemModelGetCriticalStep(c->dem, &plan->critical));
-      PetscCall(PetscSNPrintf(plan->sets, sizeof(plan->sets), "%g x the bound from the stiffest particle", (double)safety));
-    }
+    PetscCall(c->stepper.stable_step(c->stepper.ctx, &stable)); /* the loop's own */
+    if (c->method == APP_FEM) PetscCall(FemModelGetCriticalStep(c->fem, &plan->critical));
+    else PetscCall(DemModelGetCriticalStep(c->dem, &plan->critical));
+    PetscCall(PetscSNPrintf(plan->sets, sizeof(plan->sets), "%g x %s", (double)safety,
+                            stable == plan->critical ? "the critical step" : c->method == APP_FEM ? "the bound from the stiffest element" : "the bound from the stiffest particle"));
     plan->dt = safety * stable;
     if (given > plan->critical)
       PetscCall(SceneFail(c->scene, "time.step", "a step of %g s exceeds the critical step %.4g s, which the highest frequency of the %s sets (2/omega_max); use at most %.3g s, or auto", (double)given, (double)plan->critical,
