@@ -147,7 +147,7 @@ static PetscErrorCode CheckShapes(const Mesh *mesh, FemBody *b, char words[BASE_
       TurnRound(b, c);
       clockwise[c] = quality > collapsed;
     }
-    if (!(quality > collapsed)) PetscCall(SayShape(mesh, b, c, quality <= -collapsed ? "turned inside out (its Jacobian is negative)" : "collapsed (no volume at a corner)", words));
+    if (!(quality > collapsed)) PetscCall(SayShape(mesh, b, c, quality <= -collapsed ? "turned inside out (its Jacobian is negative)" : "collapsed (it has no volume, or two of its nodes coincide)", words));
   }
   for (PetscInt c = 0; c < b->n_cells && !words[0]; c++)
     if (clockwise[c] && Folded(b, clockwise, c)) PetscCall(SayShape(mesh, b, c, "turned inside out (folded over its neighbour)", words));

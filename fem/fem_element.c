@@ -9,8 +9,6 @@
 
 #define GAUSS 0.57735026918962576 /* 1/sqrt(3) */
 
-static const PetscReal tri_corner[3][3]  = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-static const PetscReal tet_corner[4][3]  = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 static const PetscReal cube_corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
 
 /* Shape functions and reference gradients at xi.  Eq. (2.5) */
@@ -41,8 +39,6 @@ static void ShapeAt(MeshCellType type, const PetscReal xi[3], PetscReal N[], Pet
 
 static void FillShape(FemShape *s)
 {
-  PetscReal unused[FEM_MAX_NODES];
-
   for (PetscInt q = 0; q < s->points; q++) {
     PetscReal xi[3];
 
@@ -50,7 +46,6 @@ static void FillShape(FemShape *s)
     s->weight[q] = s->type == MESH_TRI3 ? 0.5 : s->type == MESH_TET4 ? 1.0 / 6 : 1;
     ShapeAt(s->type, xi, s->N[q], s->dN[q]);
   }
-  for (PetscInt a = 0; a < s->nodes; a++) ShapeAt(s->type, s->type == MESH_TRI3 ? tri_corner[a] : s->type == MESH_TET4 ? tet_corner[a] : cube_corner[a], unused, s->dN_corner[a]);
 }
 
 const FemShape *FemShapeGet(MeshCellType type)
@@ -142,14 +137,15 @@ PetscInt FemGradients(const FemShape *shape, const PetscReal *x, PetscReal thick
   return bad;
 }
 
+/* Columns of J are half or whole edges, so det over their lengths is the sine of the angle they span. */
 PetscReal FemShapeQuality(const FemShape *shape, const PetscReal *x)
 {
   const PetscInt dim   = shape->dim;
-  PetscReal      worst = 1;
+  PetscReal      worst = 1, longest = 0, shortest = PETSC_MAX_REAL;
 
-  for (PetscInt c = 0; c < shape->nodes; c++) {
+  for (PetscInt q = 0; q < shape->points; q++) {
     PetscReal       J[3][3], size = 1;
-    const PetscReal det = Jacobian(shape->nodes, dim, x, shape->dN_corner[c], J);
+    const PetscReal det = Jacobian(shape->nodes, dim, x, shape->dN[q], J);
 
     for (PetscInt j = 0; j < dim; j++) {
       PetscReal sum = 0;
@@ -159,6 +155,15 @@ PetscReal FemShapeQuality(const FemShape *shape, const PetscReal *x)
     }
     worst = PetscMin(worst, size > 0 ? det / size : 0);
   }
+  for (PetscInt a = 0; a < shape->nodes; a++)
+    for (PetscInt b = 0; b < a; b++) {
+      PetscReal sum = 0;
+
+      for (PetscInt i = 0; i < dim; i++) sum += PetscSqr(x[a * dim + i] - x[b * dim + i]);
+      longest  = PetscMax(longest, sum);
+      shortest = PetscMin(shortest, sum);
+    }
+  if (!(shortest > 1e-20 * longest)) worst = PetscMin(worst, 0); /* two nodes in one place */
   return worst;
 }
 

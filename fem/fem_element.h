@@ -17,7 +17,6 @@ typedef struct {
   PetscReal     weight[FEM_MAX_POINTS];                 /* of the reference element; sums to its volume */
   PetscReal     N[FEM_MAX_POINTS][FEM_MAX_NODES];       /* shape functions at the points */
   PetscReal     dN[FEM_MAX_POINTS][FEM_MAX_NODES][3];   /* their reference gradients */
-  PetscReal     dN_corner[FEM_MAX_NODES][FEM_MAX_NODES][3]; /* reference gradients at the corners, to check shapes */
   PetscInt      face[6][4];                             /* nodes of each side, normal pointing out */
   unsigned char vtk;
 } FemShape;
@@ -40,7 +39,8 @@ typedef struct {
 */
 PetscInt FemGradients(const FemShape *shape, const PetscReal *x, PetscReal thickness, PetscReal *dN, PetscReal *w);
 
-/* Worst ratio over the corners of det J to its size: 1 for a square or cube, <= 0 inverted, tiny = collapsed. */
+/* Worst ratio over the integration points of det J to the lengths of its columns: 1 for a square or cube, < 0 inverted, 0 or tiny
+   collapsed. Corners may be negative: MacNeal and Harder's solid patch has one, and integrates well. */
 PetscReal FemShapeQuality(const FemShape *shape, const PetscReal *x);
 
 /* K [nodes*dim][nodes*dim] [N/m].  Eq. (2.7) */
