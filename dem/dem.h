@@ -1,6 +1,7 @@
 /* dem.h - bonded particles: everything another module may know. SI units. Eqs (4.x), (5.x), docs/theory.md */
 #pragma once
 #include "dem_cells.h"
+#include "dem_failure.h"
 #include "run.h"
 #include "table.h"
 
@@ -15,13 +16,17 @@ typedef struct {
   PetscReal poisson; /* [-] in (-1, 1/2) */
 } DemMaterial;
 
-/* Arrays on loan; valid until DemModelRestoreState(). Particles in the packing's order. */
+/* Arrays on loan; valid until DemModelRestoreState(). Component-major, a[c*n + p], in the model's own order. */
 typedef struct {
-  PetscInt         n;
-  const PetscReal *x0;     /* [n][3] rest position [m] */
-  PetscReal       *u, *v;  /* [n][3] displacement [m], half-step velocity [m/s] */
-  PetscReal       *spin;   /* [n][3] angular velocity [rad/s], half-step */
+  PetscInt         dim, n;
+  const PetscInt  *number; /* [n] the packing's number of each particle */
+  const PetscReal *x0;     /* [3][n] rest position [m] */
+  PetscReal       *u, *v;  /* [3][n] displacement [m], half-step velocity [m/s] */
+  PetscReal       *rot;    /* [4][n] 3D: unit quaternion w x y z; 2D: sin, cos - 1, angle [rad] */
+  PetscReal       *spin;   /* [3][n] angular velocity, half-step [rad/s]; 2D: first row */
+  const PetscReal *f, *torque;     /* [3][n] force [N], couple [N m] of the present state; 2D: couple in the first row */
   const PetscReal *mass, *inertia; /* [n] [kg], [kg m2] */
+  PetscReal       *f_ext, *t_ext;  /* [3][n] force [N] and couple [N m] from outside; the caller keeps them current */
 } DemState;
 
 /* A rigid plane: inside is n.(x - point) >= 0. */
@@ -36,7 +41,9 @@ PetscErrorCode DemModelCreate(MPI_Comm comm, DemModel *model); /* refuses, in wo
 PetscErrorCode DemModelSetKind(DemModel model, DemKind kind);
 PetscErrorCode DemModelSetThreads(DemModel model, PetscInt threads);
 PetscErrorCode DemModelSetMaterial(DemModel model, const DemMaterial *material);
+PetscErrorCode DemModelSetStrength(DemModel model, const DemStrength *strength); /* without it bonds never break */
 PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPacking *packing, const DemCells *cells); /* copies */
+PetscErrorCode DemModelSetBreakable(DemModel model, const PetscBool breakable[]); /* [facets of the cells]; default: all */
 PetscErrorCode DemModelSetBonded(DemModel model, PetscBool bonded); /* default true */
 
 /* Facet platens on a named face. Along the face's own normal alone: smooth. All components: glued. Other
@@ -56,8 +63,25 @@ PetscErrorCode DemModelAddHistory(DemModel model, const char *quantity, const ch
 PetscErrorCode DemModelSetUp(DemModel model);
 PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt); /* power iteration, 1 % */
 PetscErrorCode DemModelGetStableStep(DemModel model, PetscReal *dt);   /* rigorous block bound, never above it.  Eq. (4.14) */
+PetscErrorCode DemModelComputeForces(DemModel model);                   /* of a state the caller has changed */
 PetscErrorCode DemModelGetStepper(DemModel model, Stepper *stepper);   /* borrowed from the model */
 PetscErrorCode DemModelGetState(DemModel model, DemState *state);
 PetscErrorCode DemModelRestoreState(DemModel model, DemState *state);
 PetscErrorCode DemModelGetCounts(DemModel model, PetscInt *particles, PetscInt *bonds, PetscInt *walls);
+
+/* One row per facet that has begun to break, in the cells' facet order; arrays on loan until the next step. */
+typedef struct {
+  PetscInt         n;
+  const PetscInt  *facet;    /* [n] of the cells */
+  const PetscReal *time;     /* [n] of first damage [s] */
+  const PetscReal *damage;   /* [n] broken fraction D */
+  const PetscReal *broken;   /* [n] 1 - t/sigma_t along the softening curve, or D of a shear break; 1 = carries nothing */
+  const PetscReal *opening;  /* [n] normal component of the gap of the broken part [m] */
+  const PetscReal *slide;    /* [n] tangential one [m] */
+  const PetscReal *work;     /* [n] energy it took [J] */
+  const PetscReal *along;    /* [n] |n.e|, facet normal against opening direction; projected area is area x along */
+  const unsigned char *mode; /* [n] 1 tension, 2 shear */
+} DemCracks;
+
+PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks);
 PetscErrorCode DemModelDestroy(DemModel *model);

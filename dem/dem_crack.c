@@ -1,0 +1,553 @@
+/*
+  dem_crack.c - blocks whose bonds are breaking, or near it.  Eqs (4.20)-(4.28), docs/theory.md
+
+  One bond at a time: only blocks with a watched or damaged bond come here, the rest run the vectorised intact rule. D is
+  advanced in the force pass with the sums of the same positions; the condensed volumes follow in the next sum.
+*/
+#include "dem_impl.h"
+#include <math.h>
+#include <omp.h>
+
+/* A bond's geometry now, from the block's copy. */
+typedef struct {
+  PetscReal a[3], b[3], gap[3], n[3]; /* arms, gap, unit normal p to q (turned with p) */
+  PetscReal d, h;                     /* distance, and of p from the facet, at rest */
+} Bond;
+
+/* (R - I) r from the copy's rotation of particle i */
+static void CopyTurn(PetscInt dim, PetscInt wide, PetscInt i, const PetscReal *copy, const PetscReal r[3], PetscReal out[3])
+{
+  DemTurn(dim, wide, i, copy + DEM_COPY_R * wide, r, out);
+}
+
+static void BondState(DemModel model, PetscInt wide, PetscInt k, const PetscReal *copy, Bond *bond)
+{
+  const DemBonds *bonds = &model->bonds;
+  const int       i = bonds->ip[k], j = bonds->iq[k];
+  PetscReal       ra[3] = {0}, rb[3] = {0}, y[3] = {0}, ta[3], tb[3], tn[3], d2 = 0, dot = 0;
+
+  for (PetscInt c = 0; c < model->dim; c++) {
+    ra[c] = bonds->arm[c * bonds->n + k];
+    y[c]  = copy[(DEM_COPY_X + c) * wide + j] - copy[(DEM_COPY_X + c) * wide + i];
+    rb[c] = ra[c] - y[c];
+    d2 += y[c] * y[c];
+    dot += ra[c] * y[c];
+  }
+  bond->d = PetscSqrtReal(d2);
+  bond->h = dot / bond->d;
+  for (PetscInt c = 0; c < 3; c++) y[c] /= bond->d;
+  CopyTurn(model->dim, wide, i, copy, ra, ta);
+  CopyTurn(model->dim, wide, j, copy, rb, tb);
+  CopyTurn(model->dim, wide, i, copy, y, tn);
+  for (PetscInt c = 0; c < 3; c++) {
+    bond->a[c]   = ra[c] + ta[c];
+    bond->b[c]   = rb[c] + tb[c];
+    bond->n[c]   = y[c] + tn[c];
+    bond->gap[c] = c < model->dim ? copy[(DEM_COPY_U + c) * wide + j] - copy[(DEM_COPY_U + c) * wide + i] + tb[c] - ta[c] : 0;
+  }
+}
+
+static inline PetscReal Dot3(const PetscReal a[3], const PetscReal b[3])
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* scale (a x b) added to f[3..6) */
+static inline void AddMoment(const PetscReal a[3], const PetscReal b[3], PetscReal scale, PetscReal *f)
+{
+  f[3] += scale * (a[1] * b[2] - a[2] * b[1]);
+  f[4] += scale * (a[2] * b[0] - a[0] * b[2]);
+  f[5] += scale * (a[0] * b[1] - a[1] * b[0]);
+}
+
+/* Vector kept with particle p (local i): to space, and back. */
+static void ToSpace(DemModel model, PetscInt wide, PetscInt i, const PetscReal *copy, const PetscReal v[3], PetscReal out[3])
+{
+  PetscReal t[3];
+
+  CopyTurn(model->dim, wide, i, copy, v, t);
+  for (PetscInt c = 0; c < 3; c++) out[c] = v[c] + t[c];
+}
+
+static void ToParticle(DemModel model, PetscInt wide, PetscInt i, const PetscReal *copy, const PetscReal v[3], PetscReal out[3])
+{
+  const PetscReal *R = copy + DEM_COPY_R * wide;
+
+  if (model->dim == 2) {
+    const PetscReal s = R[i], c = 1 + R[wide + i];
+
+    out[0] = c * v[0] + s * v[1];
+    out[1] = -s * v[0] + c * v[1];
+    out[2] = v[2];
+  } else {
+    const PetscReal w = R[i], x = -R[wide + i], y = -R[2 * wide + i], z = -R[3 * wide + i];
+    const PetscReal tx = 2 * (y * v[2] - z * v[1]), ty = 2 * (z * v[0] - x * v[2]), tz = 2 * (x * v[1] - y * v[0]);
+
+    out[0] = v[0] + w * tx + (y * tz - z * ty);
+    out[1] = v[1] + w * ty + (z * tx - x * tz);
+    out[2] = v[2] + w * tz + (x * ty - y * tx);
+  }
+}
+
+void DemCracksSum_Internal(DemModel model, PetscInt block, PetscReal *copy)
+{
+  const PetscInt   wide = model->blocks.widest;
+  const PetscReal *damage = model->crack.damage, ratio = 0.5 * model->lambda / model->g_shear;
+  PetscReal       *S = copy + DEM_COPY_S * wide, *V = copy + DEM_COPY_V * wide;
+
+  for (PetscInt k = model->blocks.bond[block]; k < model->blocks.bond[block + 1]; k++) {
+    const int       i = model->bonds.ip[k], j = model->bonds.iq[k];
+    const PetscReal stiff = (1 - damage[k]) * model->bonds.k[k];
+    Bond            bond;
+
+    BondState(model, wide, k, copy, &bond);
+    S[i] += stiff * Dot3(bond.gap, bond.a);
+    S[j] -= stiff * Dot3(bond.gap, bond.b);
+    if (damage[k] > 0) {
+      const PetscReal lost = ratio * damage[k] * model->bonds.k[k] * bond.d;
+
+      V[i] += lost * bond.h;
+      V[j] += lost * (bond.d - bond.h);
+    }
+  }
+}
+
+/* Gap of the broken part, split, while it is closed: normal < 0.  Eq. (4.26) */
+static PetscReal Closed(const Bond *bond, PetscReal tangent[3])
+{
+  const PetscReal normal = Dot3(bond->gap, bond->n);
+
+  for (PetscInt c = 0; c < 3; c++) tangent[c] = bond->gap[c] - normal * bond->n[c];
+  return normal;
+}
+
+/* Advance D of bond k under its total traction t~; eps: dilations of the ends.  Eqs (4.20)-(4.27) */
+static void Damage(DemModel model, PetscInt wide, PetscInt k, const PetscReal *copy, const Bond *bond, PetscReal ep, PetscReal eq)
+{
+  const DemStrength *strength = &model->strength;
+  DemCrackState     *crack = &model->crack;
+  const PetscReal    G = model->g_shear, lambda = model->lambda, d = bond->d, A = model->bonds.k[k] * d, old = crack->damage[k];
+  PetscReal          t[3], D = old, tangent[3];
+  unsigned char      mode = 0;
+
+  for (PetscInt c = 0; c < 3; c++) t[c] = (2 * G * bond->gap[c] + lambda * (ep * bond->a[c] - eq * bond->b[c])) / d;
+  if (strength->tensile > 0 && (crack->state[k] & DEM_BOND_WATCHED)) {
+    PetscReal e[3], c;
+
+    ToSpace(model, wide, model->bonds.ip[k], copy, crack->e + 3 * k, e);
+    c = Dot3(e, bond->n);
+    if (c >= DEM_SMALLEST_COSINE) {
+      const PetscReal now = DemDamageTension(strength, G, c * d, Dot3(t, e) / c);
+
+      if (now > D) {
+        D    = now;
+        mode = DEM_BOND_TENSION;
+      }
+    }
+  }
+  if (strength->shear > 0) {
+    const PetscReal tn = Dot3(t, bond->n);
+    PetscReal       ts = 0, now;
+
+    for (PetscInt c = 0; c < 3; c++) ts += PetscSqr(t[c] - tn * bond->n[c]);
+    now = DemDamageShear(strength, G, d, (PetscSqrtReal(ts) + strength->mu_static * tn) / strength->shear);
+    if (now > D) {
+      D    = now;
+      mode = DEM_BOND_SHEAR;
+    }
+  }
+  if (D <= old) return;
+
+  PetscReal Y = A * (G * Dot3(bond->gap, bond->gap) / d + lambda / d * (ep * Dot3(bond->gap, bond->a) - eq * Dot3(bond->gap, bond->b)) +
+                     lambda * lambda / (4 * G) * (ep * ep * bond->h + eq * eq * (d - bond->h)));
+  const PetscReal normal = Closed(bond, tangent);
+
+  if (normal < 0) { /* the broken part goes on carrying what is pressed shut */
+    PetscReal slip[3], el = 0;
+
+    if (old == 0) ToParticle(model, wide, model->bonds.ip[k], copy, tangent, crack->slip + 3 * k);
+    ToSpace(model, wide, model->bonds.ip[k], copy, crack->slip + 3 * k, slip);
+    for (PetscInt c = 0; c < 3; c++) el += PetscSqr(tangent[c] - slip[c]);
+    Y -= A * G / d * (normal * normal + el);
+  }
+  if (Y < 0) return;
+  if (old == 0) crack->time[k] = model->time;
+  crack->state[k] |= mode;
+  crack->work[k] += Y * (D - old);
+  crack->damage[k] = D;
+}
+
+/* Contact of the closed broken fraction: spring against the gap, Coulomb on its slip.  Returns its force; eq. (4.28) */
+static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const PetscReal *copy, const Bond *bond, PetscBool advance, PetscReal force[3], PetscReal *energy)
+{
+  DemCrackState  *crack = &model->crack;
+  const PetscReal stiff = 2 * model->g_shear * model->bonds.k[k] * crack->damage[k];
+  PetscReal       tangent[3], slip[3], el[3], length = 0, most;
+  const PetscReal normal = Closed(bond, tangent);
+
+  if (normal >= 0) {
+    if (advance) ToParticle(model, wide, model->bonds.ip[k], copy, tangent, crack->slip + 3 * k);
+    return PETSC_FALSE;
+  }
+  ToSpace(model, wide, model->bonds.ip[k], copy, crack->slip + 3 * k, slip);
+  for (PetscInt c = 0; c < 3; c++) {
+    el[c] = tangent[c] - slip[c];
+    length += el[c] * el[c];
+  }
+  length = PetscSqrtReal(length);
+  most   = -model->strength.mu_dynamic * normal;
+  if (length > most && advance) {
+    for (PetscInt c = 0; c < 3; c++) {
+      slip[c] += el[c] * (1 - most / length);
+      el[c] *= most / length;
+    }
+    crack->rub[k] += stiff * most * (length - most);
+    ToParticle(model, wide, model->bonds.ip[k], copy, slip, crack->slip + 3 * k);
+  }
+  for (PetscInt c = 0; c < 3; c++) force[c] = stiff * (normal * bond->n[c] + el[c]);
+  if (energy) *energy = 0.5 * stiff * (normal * normal + Dot3(el, el));
+  return PETSC_TRUE;
+}
+
+void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, PetscInt flags)
+{
+  const PetscInt   wide = model->blocks.widest;
+  const PetscReal *eps = copy + DEM_COPY_E * wide, lambda = model->lambda;
+  const PetscBool  advance = (PetscBool)((flags & DEM_WITH_FAILURE) != 0);
+  PetscReal       *F = copy + DEM_COPY_F * wide;
+
+  for (PetscInt k = model->blocks.bond[block]; k < model->blocks.bond[block + 1]; k++) {
+    const int       i = model->bonds.ip[k], j = model->bonds.iq[k];
+    PetscReal      *fp = F + 8 * i, *fq = F + 8 * j, t[3], sp[3], sq[3], stiff, g2;
+    Bond            bond;
+
+    BondState(model, wide, k, copy, &bond);
+    if (advance && !(model->crack.state[k] & DEM_BOND_KEPT) && model->crack.damage[k] < 1 && (model->crack.state[k] || model->crack.damage[k] > 0)) Damage(model, wide, k, copy, &bond, eps[i], eps[j]);
+    stiff = (1 - model->crack.damage[k]) * model->bonds.k[k];
+    g2    = 2 * model->g_shear * (model->bonds.weight ? model->bonds.weight[k] : 1);
+    for (PetscInt c = 0; c < 3; c++) {
+      const PetscReal ep = stiff * lambda * eps[i], eq = stiff * lambda * eps[j];
+
+      t[c]  = stiff * g2 * bond.gap[c] + ep * bond.a[c] - eq * bond.b[c];
+      sp[c] = t[c] - ep * bond.gap[c];
+      sq[c] = t[c] - eq * bond.gap[c];
+    }
+    for (PetscInt c = 0; c < 3; c++) {
+      fp[c] += t[c];
+      fq[c] -= t[c];
+    }
+    AddMoment(bond.a, sp, 1, fp);
+    AddMoment(bond.b, sq, -1, fq);
+    if (model->crack.damage[k] > 0 && ClosedForce(model, wide, k, copy, &bond, advance, t, NULL)) {
+      PetscReal ap[3], aq[3]; /* both arms to the point half way across the gap: the couple on the pair is then exact */
+
+      for (PetscInt c = 0; c < 3; c++) {
+        ap[c] = bond.a[c] + 0.5 * bond.gap[c];
+        aq[c] = bond.b[c] - 0.5 * bond.gap[c];
+        fp[c] += t[c];
+        fq[c] -= t[c];
+      }
+      AddMoment(ap, t, 1, fp);
+      AddMoment(aq, t, -1, fq);
+    }
+  }
+}
+
+PetscReal DemCracksEnergy_Internal(DemModel model, PetscInt block, PetscReal *copy)
+{
+  const PetscInt wide = model->blocks.widest;
+  PetscReal      sum = 0;
+
+  for (PetscInt k = model->blocks.bond[block]; k < model->blocks.bond[block + 1]; k++) {
+    PetscReal force[3], closed;
+    Bond      bond;
+
+    BondState(model, wide, k, copy, &bond);
+    sum += (1 - model->crack.damage[k]) * (model->bonds.weight ? model->bonds.weight[k] : 1) * model->g_shear * model->bonds.k[k] * Dot3(bond.gap, bond.gap);
+    if (model->crack.damage[k] > 0 && ClosedForce(model, wide, k, copy, &bond, PETSC_FALSE, force, &closed)) sum += closed;
+  }
+  return sum;
+}
+
+/* Major principal value and unit direction of a symmetric tensor in Voigt order xx yy zz xy yz zx; 2D uses the plane alone. */
+static PetscReal MajorDirection(PetscInt dim, const PetscReal s[6], PetscReal e[3])
+{
+  if (dim == 2) {
+    const PetscReal mean = 0.5 * (s[0] + s[1]), half = 0.5 * (s[0] - s[1]), radius = PetscSqrtReal(half * half + s[3] * s[3]);
+    const PetscReal angle = 0.5 * PetscAtan2Real(s[3], half);
+
+    e[0] = PetscCosReal(angle);
+    e[1] = PetscSinReal(angle);
+    e[2] = 0;
+    return mean + radius;
+  }
+  PetscReal A[3][3] = {{s[0], s[3], s[5]}, {s[3], s[1], s[4]}, {s[5], s[4], s[2]}}, Q[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  PetscInt  big = 0;
+
+  for (int sweep = 0; sweep < 12; sweep++) /* Jacobi */
+    for (int p = 0; p < 2; p++)
+      for (int q = p + 1; q < 3; q++) {
+        if (A[p][q] == 0) continue;
+        const PetscReal theta = (A[q][q] - A[p][p]) / (2 * A[p][q]);
+        const PetscReal t = (theta >= 0 ? 1 : -1) / (PetscAbsReal(theta) + PetscSqrtReal(theta * theta + 1)), c = 1 / PetscSqrtReal(t * t + 1), sn = t * c;
+
+        for (int r = 0; r < 3; r++) {
+          const PetscReal x = A[r][p], y = A[r][q];
+
+          A[r][p] = c * x - sn * y;
+          A[r][q] = sn * x + c * y;
+        }
+        for (int r = 0; r < 3; r++) {
+          const PetscReal x = A[p][r], y = A[q][r], u = Q[r][p], v = Q[r][q];
+
+          A[p][r] = c * x - sn * y;
+          A[q][r] = sn * x + c * y;
+          Q[r][p] = c * u - sn * v;
+          Q[r][q] = sn * u + c * v;
+        }
+      }
+  for (PetscInt c = 1; c < 3; c++)
+    if (A[c][c] > A[big][big]) big = c;
+  for (PetscInt c = 0; c < 3; c++) e[c] = Q[c][big];
+  return A[big][big];
+}
+
+/* Stress x volume of block b's own particles and halo slots, from the bonds as they stand. */
+static void BlockStress(DemModel model, PetscInt b, PetscReal *sum)
+{
+  const DemBlocks *blocks = &model->blocks;
+  const DemBonds  *bonds = &model->bonds;
+  const PetscInt   n = model->n, first = blocks->first[b], own = blocks->first[b + 1] - first, all = own + blocks->halo_start[b + 1] - blocks->halo_start[b];
+
+  for (PetscInt i = 0; i < 6 * all; i++) sum[i] = 0;
+  for (PetscInt k = blocks->bond[b]; k < blocks->bond[b + 1]; k++) {
+    const PetscInt  p = bonds->p[k], q = bonds->q[k];
+    const PetscReal stiff = (1 - model->crack.damage[k]) * bonds->k[k], ep = model->lambda * model->dilation[p], eq = model->lambda * model->dilation[q];
+    PetscReal       ra[3] = {0}, rb[3] = {0}, ta[3], tb[3], t[3] = {0};
+
+    for (PetscInt c = 0; c < model->dim; c++) {
+      ra[c] = bonds->arm[c * bonds->n + k];
+      rb[c] = ra[c] - (model->x0[c * n + q] - model->x0[c * n + p]);
+    }
+    DemTurn(model->dim, n, p, model->rot, ra, ta);
+    DemTurn(model->dim, n, q, model->rot, rb, tb);
+    for (PetscInt c = 0; c < model->dim; c++) {
+      ra[c] += ta[c];
+      rb[c] += tb[c];
+      t[c] = stiff * (2 * model->g_shear * (model->u[c * n + q] - model->u[c * n + p] + tb[c] - ta[c]) + ep * ra[c] - eq * rb[c]);
+    }
+    for (PetscInt side = 0; side < 2; side++) {
+      PetscReal       *s = sum + 6 * (side ? bonds->iq[k] : bonds->ip[k]), sign = side ? -1 : 1;
+      const PetscReal *r = side ? rb : ra;
+
+      for (PetscInt c = 0; c < 3; c++) s[c] += sign * t[c] * r[c];
+      s[3] += 0.5 * sign * (t[0] * r[1] + t[1] * r[0]);
+      s[4] += 0.5 * sign * (t[1] * r[2] + t[2] * r[1]);
+      s[5] += 0.5 * sign * (t[2] * r[0] + t[0] * r[2]);
+    }
+  }
+  for (PetscInt i = 0; i < own; i++) {
+    const DemWalls *w = &model->walls;
+    PetscReal      *s = sum + 6 * i;
+
+    if (w->n)
+      for (PetscInt f = w->start[first + i]; f < w->start[first + i + 1]; f++) {
+        const PetscReal *r = w->arm + 3 * f;
+        PetscReal        t[3];
+
+        DemFacetForce_Internal(model, f, t);
+        for (PetscInt c = 0; c < 3; c++) s[c] += t[c] * r[c];
+        s[3] += 0.5 * (t[0] * r[1] + t[1] * r[0]);
+        s[4] += 0.5 * (t[1] * r[2] + t[2] * r[1]);
+        s[5] += 0.5 * (t[2] * r[0] + t[0] * r[2]);
+      }
+    for (PetscInt c = 0; c < 6; c++) model->crack.stress[6 * (first + i) + c] = s[c];
+  }
+  for (PetscInt i = own; i < all; i++)
+    for (PetscInt c = 0; c < 6; c++) model->crack.slot_stress[6 * (blocks->halo_start[b] + i - own) + c] = sum[6 * i + c];
+}
+
+/* Which intact bonds of block b are worth watching, and their opening direction.  Eq. (4.20) */
+static void BlockLook(DemModel model, PetscInt b)
+{
+  const DemStrength *strength = &model->strength;
+  const DemBonds    *bonds = &model->bonds;
+  const PetscInt     n = model->n;
+  DemCrackState     *crack = &model->crack;
+  unsigned char      awake = 0;
+
+  for (PetscInt k = model->blocks.bond[b]; k < model->blocks.bond[b + 1]; k++) {
+    const PetscInt  p = bonds->p[k], q = bonds->q[k];
+    const PetscReal volume = model->volume[p] + model->volume[q];
+    PetscReal       s[6], norm = 0, e[3], r[3], most = 0;
+
+    if (crack->state[k] & DEM_BOND_KEPT) continue;
+    if (crack->damage[k] > 0) {
+      awake = 1;
+      continue;
+    }
+    for (PetscInt c = 0; c < 6; c++) {
+      s[c] = (crack->stress[6 * p + c] + crack->stress[6 * q + c]) / volume;
+      norm += (c < 3 ? 1 : 2) * s[c] * s[c];
+    }
+    norm            = PetscSqrtReal(norm);
+    crack->state[k] = 0;
+    if (strength->tensile > 0) most = norm / strength->tensile;
+    if (strength->shear > 0) most = PetscMax(most, norm / strength->shear);
+    if (most < DEM_STRESS_WAKE) continue;
+    crack->state[k] = DEM_BOND_WATCHED;
+    awake           = 1;
+    (void)MajorDirection(model->dim, s, e);
+    for (PetscInt c = 0; c < 3; c++) r[c] = c < model->dim ? model->x0[c * n + q] - model->x0[c * n + p] : 0;
+    PetscReal turned[3];
+
+    DemTurn(model->dim, n, p, model->rot, r, turned);
+    if (Dot3(e, r) + Dot3(e, turned) < 0)
+      for (PetscInt c = 0; c < 3; c++) e[c] = -e[c];
+    /* kept with particle p; its inverse rotation */
+    if (model->dim == 2) {
+      const PetscReal sn = model->rot[p], cs = 1 + model->rot[n + p];
+
+      crack->e[3 * k]     = cs * e[0] + sn * e[1];
+      crack->e[3 * k + 1] = -sn * e[0] + cs * e[1];
+      crack->e[3 * k + 2] = 0;
+    } else {
+      const PetscReal inverse[4] = {model->rot[p], -model->rot[n + p], -model->rot[2 * n + p], -model->rot[3 * n + p]};
+
+      DemTurn(3, 1, 0, inverse, e, turned);
+      for (PetscInt c = 0; c < 3; c++) crack->e[3 * k + c] = e[c] + turned[c];
+    }
+  }
+  crack->awake[b] = awake;
+}
+
+PetscErrorCode DemCracksLook_Internal(DemModel model)
+{
+  const DemBlocks *blocks = &model->blocks;
+
+  PetscFunctionBegin;
+#pragma omp parallel num_threads((int)model->threads)
+  {
+    PetscReal *sum = model->scratch[omp_get_thread_num()];
+
+#pragma omp for schedule(static)
+    for (PetscInt b = 0; b < blocks->n_blocks; b++) BlockStress(model, b, sum);
+#pragma omp for schedule(static)
+    for (PetscInt p = 0; p < model->n; p++)
+      for (PetscInt s = blocks->slot_start[p]; s < blocks->slot_start[p + 1]; s++)
+        for (PetscInt c = 0; c < 6; c++) model->crack.stress[6 * p + c] += model->crack.slot_stress[6 * blocks->slot[s] + c];
+#pragma omp for schedule(static)
+    for (PetscInt b = 0; b < blocks->n_blocks; b++) BlockLook(model, b);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemSetUpCracks_Internal(DemModel model)
+{
+  const PetscInt     m = model->bonds.n, n = model->n, slots = model->blocks.halo_start[model->blocks.n_blocks];
+  const DemStrength *s = &model->strength;
+  DemCrackState     *crack = &model->crack;
+  PetscReal          longest = 0, tension, shear;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < m; k++) {
+    PetscReal d = 0;
+
+    if (model->breakable && !model->breakable[model->bonds.facet[k]]) continue;
+    for (PetscInt c = 0; c < model->dim; c++) d += PetscSqr(model->x0[c * n + model->bonds.q[k]] - model->x0[c * n + model->bonds.p[k]]);
+    longest = PetscMax(longest, PetscSqrtReal(d));
+  }
+  tension = s->tensile > 0 ? DemSofteningLongest(s, model->g_shear) : PETSC_MAX_REAL;
+  shear   = s->shear > 0 ? DemShearLongest(s, model->g_shear) : PETSC_MAX_REAL;
+  BaseCheckInput(longest < tension, model->comm, "The particles are too far apart for the softening curve: the longest bond is %g mm, the curve allows %g mm (smaller particles, or a larger fracture_energy)",
+                 1e3 * (double)longest, 1e3 * (double)tension);
+  BaseCheckInput(longest < shear, model->comm, "The particles are too far apart for the shear softening: the longest bond is %g mm, the curve allows %g mm (smaller particles, or a larger fracture_energy_shear)",
+                 1e3 * (double)longest, 1e3 * (double)shear);
+  PetscCall(PetscCalloc6(m, &crack->damage, 3 * m, &crack->e, 3 * m, &crack->slip, m, &crack->work, m, &crack->rub, m, &crack->time));
+  PetscCall(PetscCalloc6(m, &crack->state, model->blocks.n_blocks, &crack->awake, 6 * n, &crack->stress, 6 * slots, &crack->slot_stress, slots, &crack->slot_v, n, &crack->volume));
+  if (model->breakable)
+    for (PetscInt k = 0; k < m; k++)
+      if (!model->breakable[model->bonds.facet[k]]) crack->state[k] = DEM_BOND_KEPT;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemCracksDestroy_Internal(DemModel model)
+{
+  DemCrackState *crack = &model->crack;
+
+  PetscFunctionBegin;
+  PetscCall(PetscFree6(crack->damage, crack->e, crack->slip, crack->work, crack->rub, crack->time));
+  PetscCall(PetscFree6(crack->state, crack->awake, crack->stress, crack->slot_stress, crack->slot_v, crack->volume));
+  PetscCall(PetscFree(crack->facet));
+  for (PetscInt c = 0; c < 7; c++) PetscCall(PetscFree(crack->list[c]));
+  PetscCall(PetscFree(crack->mode));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks)
+{
+  DemCrackState *crack = &model->crack;
+  PetscInt       n = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(cracks, sizeof(*cracks)));
+  if (!crack->damage) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < model->bonds.n; k++) n += crack->damage[k] > 0;
+  PetscCall(PetscFree(crack->facet));
+  PetscCall(PetscFree(crack->mode));
+  for (PetscInt c = 0; c < 7; c++) PetscCall(PetscFree(crack->list[c]));
+  PetscCall(PetscMalloc1(n, &crack->facet));
+  PetscCall(PetscMalloc1(n, &crack->mode));
+  for (PetscInt c = 0; c < 7; c++) PetscCall(PetscMalloc1(n, &crack->list[c]));
+  n = 0;
+  for (PetscInt k = 0; k < model->bonds.n; k++) {
+    const DemBonds *bonds = &model->bonds;
+    const PetscInt  p = bonds->p[k], q = bonds->q[k];
+    const PetscReal D = crack->damage[k];
+    PetscReal       ra[3] = {0}, rb[3] = {0}, y[3] = {0}, ta[3], tb[3], gap[3] = {0}, normal = 0, slide = 0, d = 0, along = 0;
+
+    if (D <= 0) continue;
+    for (PetscInt c = 0; c < model->dim; c++) {
+      ra[c] = bonds->arm[c * bonds->n + k];
+      y[c]  = model->x0[c * model->n + q] - model->x0[c * model->n + p];
+      rb[c] = ra[c] - y[c];
+      d += y[c] * y[c];
+    }
+    d = PetscSqrtReal(d);
+    DemTurn(model->dim, model->n, p, model->rot, ra, ta);
+    DemTurn(model->dim, model->n, q, model->rot, rb, tb);
+    for (PetscInt c = 0; c < model->dim; c++) gap[c] = model->u[c * model->n + q] - model->u[c * model->n + p] + tb[c] - ta[c];
+    DemTurn(model->dim, model->n, p, model->rot, y, ta);
+    for (PetscInt c = 0; c < 3; c++) {
+      along += y[c] / d * crack->e[3 * k + c];
+      y[c] = (y[c] + ta[c]) / d;
+      normal += gap[c] * y[c];
+    }
+    for (PetscInt c = 0; c < 3; c++) slide += PetscSqr(gap[c] - normal * y[c]);
+    crack->facet[n]   = bonds->facet[k];
+    crack->mode[n]    = (crack->state[k] & DEM_BOND_TENSION) ? 1 : 2;
+    crack->list[0][n] = crack->time[k];
+    crack->list[1][n] = D;
+    crack->list[2][n] = D;
+    if ((crack->state[k] & DEM_BOND_TENSION) && D < 1) { /* s from D by the series: t(w) = (1-D) s, t(w) + k w = s */
+      const PetscReal kk = 2 * model->g_shear / (PetscAbsReal(along) * d);
+      PetscReal       low = model->strength.tensile, high = 1e6 * model->strength.tensile;
+
+      for (int it = 0; it < 200; it++) {
+        const PetscReal s = 0.5 * (low + high), t = DemSofteningStress(&model->strength, DemSofteningOpening(&model->strength, kk, s));
+
+        if (1 - t / s < D) low = s;
+        else high = s;
+      }
+      crack->list[2][n] = 1 - (1 - D) * low / model->strength.tensile;
+    }
+    crack->list[3][n] = normal;
+    crack->list[4][n] = PetscSqrtReal(slide);
+    crack->list[5][n] = crack->work[k];
+    crack->list[6][n] = PetscAbsReal(along);
+    n++;
+  }
+  crack->n_list = n;
+  *cracks = (DemCracks){n, crack->facet, crack->list[0], crack->list[1], crack->list[2], crack->list[3], crack->list[4], crack->list[5], crack->list[6], crack->mode};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,158 @@
+/* dem_fields.c - stress and strain of each particle, for output: plain loops, packing's order. */
+#include "dem_impl.h"
+
+typedef struct {
+  PetscReal a[3], b[3], gap[3]; /* arms and gap now */
+} BondNow;
+
+static void BondState(DemModel model, PetscInt e, BondNow *now)
+{
+  const DemBonds *bonds = &model->bonds;
+  const PetscInt  n = model->n, p = bonds->p[e], q = bonds->q[e];
+  PetscReal       ra[3] = {0}, rb[3] = {0}, ta[3], tb[3];
+
+  for (PetscInt d = 0; d < model->dim; d++) {
+    ra[d] = bonds->arm[d * bonds->n + e];
+    rb[d] = ra[d] - (model->x0[d * n + q] - model->x0[d * n + p]);
+  }
+  DemTurn(model->dim, n, p, model->rot, ra, ta);
+  DemTurn(model->dim, n, q, model->rot, rb, tb);
+  for (PetscInt d = 0; d < 3; d++) {
+    now->a[d]   = ra[d] + ta[d];
+    now->b[d]   = rb[d] + tb[d];
+    now->gap[d] = d < model->dim ? model->u[d * n + q] - model->u[d * n + p] + tb[d] - ta[d] : 0;
+  }
+}
+
+void DemBondForce_Internal(DemModel model, PetscInt e, PetscReal t[3])
+{
+  const DemBonds *b = &model->bonds;
+  const PetscReal g2 = 2 * model->g_shear * (b->weight ? b->weight[e] : 1);
+  BondNow         now;
+
+  BondState(model, e, &now);
+  for (PetscInt d = 0; d < 3; d++) t[d] = b->k[e] * (g2 * now.gap[d] + model->lambda * (model->dilation[b->p[e]] * now.a[d] - model->dilation[b->q[e]] * now.b[d]));
+}
+
+/* Symmetric part of sum(vector (x) arm)/volume into Voigt xx yy zz xy yz zx. */
+static void AddVoigt(const PetscReal t[3], const PetscReal arm[3], PetscReal scale, PetscReal s[6])
+{
+  for (PetscInt d = 0; d < 3; d++) s[d] += scale * t[d] * arm[d];
+  s[3] += 0.5 * scale * (t[0] * arm[1] + t[1] * arm[0]);
+  s[4] += 0.5 * scale * (t[1] * arm[2] + t[2] * arm[1]);
+  s[5] += 0.5 * scale * (t[2] * arm[0] + t[0] * arm[2]);
+}
+
+/* Love-Weber stress, boundary facets included [Pa].  Eq. (4.15) */
+PetscErrorCode DemStress_Internal(DemModel model, PetscReal *stress)
+{
+  const DemBonds *b = &model->bonds;
+  const DemWalls *w = &model->walls;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(stress, 6 * model->n));
+  for (PetscInt e = 0; e < b->n; e++) {
+    const PetscInt p = b->p[e], q = b->q[e];
+    PetscReal      t[3];
+    BondNow        now;
+
+    BondState(model, e, &now);
+    DemBondForce_Internal(model, e, t);
+    AddVoigt(t, now.a, 1 / model->volume[p], stress + 6 * model->at[p]);
+    AddVoigt(t, now.b, -1 / model->volume[q], stress + 6 * model->at[q]);
+  }
+  for (PetscInt i = 0; i < w->n; i++) {
+    const PetscInt p = w->owner[i];
+    PetscReal      t[3];
+
+    DemFacetForce_Internal(model, i, t);
+    AddVoigt(t, &w->arm[3 * i], 1 / model->volume[p], stress + 6 * model->at[p]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Symmetric gradient by the divergence theorem over the cell, each facet moving with the mean of its two sides.  Eq. (4.16) */
+PetscErrorCode DemStrain_Internal(DemModel model, PetscReal *strain)
+{
+  const DemBonds *b = &model->bonds;
+  const DemCells *cells = &model->cells;
+  const PetscInt  n = model->n;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(strain, 6 * n));
+  for (PetscInt e = 0; e < b->n; e++) {
+    const PetscInt p = b->p[e], q = b->q[e];
+    PetscReal      normal[3] = {0}, mean[3] = {0};
+    BondNow        now;
+
+    BondState(model, e, &now);
+    for (PetscInt d = 0; d < model->dim; d++) normal[d] = model->x0[d * n + q] - model->x0[d * n + p]; /* length d: k d = area */
+    for (PetscInt d = 0; d < model->dim; d++) {
+      const PetscReal own = model->u[d * n + p] + now.a[d] - b->arm[d * b->n + e];
+
+      mean[d] = own + 0.5 * now.gap[d];
+    }
+    AddVoigt(mean, normal, b->k[e] / model->volume[p], strain + 6 * model->at[p]);
+    AddVoigt(mean, normal, -b->k[e] / model->volume[q], strain + 6 * model->at[q]);
+  }
+  for (PetscInt k = 0; k < cells->n_walls; k++) {
+    const PetscInt p = model->rank_of[cells->wall_p[k]];
+    PetscReal      arm[3], turn[3], move[3] = {0};
+
+    for (PetscInt d = 0; d < 3; d++) arm[d] = cells->wall_at[3 * k + d] - model->packing.x[3 * cells->wall_p[k] + d];
+    DemTurn(model->dim, n, p, model->rot, arm, turn);
+    for (PetscInt d = 0; d < model->dim; d++) move[d] = model->u[d * n + p] + turn[d];
+    AddVoigt(move, &cells->wall_normal[3 * k], cells->wall_area[k] / model->volume[p], strain + 6 * model->at[p]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void DemDamage_Internal(DemModel model, PetscReal *damage)
+{
+  const DemBonds *b = &model->bonds;
+
+  for (PetscInt k = 0; k < model->n; k++) damage[k] = 0;
+  if (!model->crack.damage) return;
+  for (PetscInt e = 0; e < b->n; e++) {
+    const PetscInt p = model->at[b->p[e]], q = model->at[b->q[e]];
+
+    damage[p] = PetscMax(damage[p], model->crack.damage[e]);
+    damage[q] = PetscMax(damage[q], model->crack.damage[e]);
+  }
+}
+
+/* Facets as polygons (2D: lines) at rest, with what DemModelGetCracks says of them. */
+PetscErrorCode DemWriteCracks_Internal(DemModel model, Output output)
+{
+  const DemCells *cells = &model->cells;
+  PetscReal      *x;
+  PetscInt       *start, *node, points = 0;
+  unsigned char  *type;
+  DemCracks       c;
+
+  PetscFunctionBegin;
+  PetscCall(DemModelGetCracks(model, &c));
+  for (PetscInt i = 0; i < c.n; i++) points += cells->facet_start[c.facet[i] + 1] - cells->facet_start[c.facet[i]];
+  PetscCall(PetscMalloc4(3 * points, &x, c.n + 1, &start, points, &node, c.n, &type));
+  points = 0;
+  for (PetscInt i = 0; i < c.n; i++) {
+    const PetscInt first = cells->facet_start[c.facet[i]], last = cells->facet_start[c.facet[i] + 1];
+
+    start[i] = points;
+    type[i]  = model->dim == 2 ? 4 : 7; /* VTK polyline, polygon */
+    for (PetscInt k = first; k < last; k++, points++) {
+      node[points] = points;
+      for (PetscInt d = 0; d < 3; d++) x[3 * points + d] = cells->corner[3 * k + d];
+    }
+  }
+  start[c.n] = points;
+  {
+    const OutputArray array[] = {{"damage", "-", OUTPUT_CELL_DATA, 1, c.damage},  {"broken", "-", OUTPUT_CELL_DATA, 1, c.broken}, {"opening", "m", OUTPUT_CELL_DATA, 1, c.opening},
+                                 {"slide", "m", OUTPUT_CELL_DATA, 1, c.slide},    {"energy", "J", OUTPUT_CELL_DATA, 1, c.work},   {"time", "s", OUTPUT_CELL_DATA, 1, c.time}};
+    const OutputBlock block = {"cracks", points, x, c.n, start, node, type, 6, array};
+
+    PetscCall(OutputFrameBlock(output, &block));
+  }
+  PetscCall(PetscFree4(x, start, node, type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,248 @@
+/*
+  dem_impl.h - inside a DemModel.
+
+  Particles are kept along a space-filling curve and cut into blocks of about DEM_BLOCK; a bond belongs to the block of
+  its first end. A block works on a private copy of its own particles and of those its bonds reach into (the halo),
+  so no two threads write one place. Contributions to halo particles go to slots of their own and are added up per
+  particle in a fixed order: the same bits whatever the number of threads.
+*/
+#pragma once
+#include "dem.h"
+
+#define DEM_BLOCK 256 /* particles; state of block and halo stays in a 512 kB second-level cache (72 kB in 3D) */
+#define DEM_CHUNK 64  /* bonds treated together: their results stay in the first-level cache */
+
+typedef enum { DEM_WALL_FREE, DEM_WALL_TRACTION, DEM_WALL_SMOOTH, DEM_WALL_GLUED } DemWallKind;
+
+/* What a face of the body does; one per face. */
+typedef struct {
+  PetscBool  fixed[3];
+  DemMotion  motion[3];
+  Table      table[3];  /* prescribed displacement [m] or velocity [m/s] */
+  PetscReal  shift[3];  /* displacement now [m] */
+  PetscBool  loaded, pressed;
+  PetscReal  direction[3];
+  Table      traction, pressure; /* [Pa] */
+  PetscReal  stress[3], push;    /* traction now [Pa], pressure now [Pa] */
+  PetscReal  reaction[3];        /* force of the face's support on the body [N] */
+  PetscReal  shift_old[3], reaction_old[3]; /* a step before */
+} DemFace;
+
+typedef struct {
+  char      name[128];
+  DemPlane  plane;
+  PetscReal at[3];       /* displacement now [m] */
+  Table     velocity[3]; /* [m/s] */
+  PetscReal force[3];    /* of particles on the plane [N] */
+  PetscReal *slip;       /* [n_surface][3] elastic slip of each surface particle's contact [m] */
+} DemTool;
+
+typedef struct {
+  char      quantity[32];
+  PetscInt  face, tool; /* one of them >= 0 */
+  PetscInt  component;
+  char     *name;
+  const char *unit;
+} DemHistory;
+
+/* Bonds in block order. Geometry of the rest state; the second arm is arm_q = arm_p - (x_q - x_p). */
+typedef struct {
+  PetscInt   n;
+  PetscInt  *p, *q;      /* [n] internal particle numbers, p < q in block order */
+  int       *ip, *iq;    /* [n] the same, within the block's copy */
+  PetscReal *k;          /* [n] area / distance [m] */
+  PetscReal *arm;        /* [3][n] facet centroid from particle p [m] */
+  PetscReal *weight;     /* [n] of the pair energy, NULL = 1 everywhere (coupling) */
+  PetscInt  *facet;      /* [n] facet of the cells */
+} DemBonds;
+
+typedef struct {
+  PetscInt   n_blocks;
+  PetscInt  *first;      /* [n_blocks + 1] particle */
+  PetscInt  *bond;       /* [n_blocks + 1] bond */
+  PetscInt  *halo_start; /* [n_blocks + 1] */
+  PetscInt  *halo;       /* [halo_start[n_blocks]] particle of each halo slot */
+  PetscInt  *slot_start; /* [n + 1] */
+  PetscInt  *slot;       /* halo slots of each particle, ascending */
+  PetscReal *slot_s;     /* volumetric sum of each slot */
+  PetscReal *slot_f;     /* [slots][8] force, torque of each slot */
+  PetscInt   widest;     /* most particles a block's copy holds */
+} DemBlocks;
+
+/* Boundary facets that take part: loaded, smooth or glued ones, sorted by particle. Free ones live in vstar. */
+typedef struct {
+  PetscInt   n;
+  PetscInt  *start;  /* [particles + 1] */
+  PetscInt  *owner;  /* [n] particle */
+  PetscInt  *face;   /* [n] */
+  unsigned char *kind;
+  PetscReal *area;   /* [n] [m2] */
+  PetscReal *h;      /* [n] distance of the particle from the facet's plane [m] */
+  PetscReal *arm;    /* [n][3] centroid from the particle [m] */
+  PetscReal *normal; /* [n][3] outward, at rest */
+} DemWalls;
+
+typedef enum { DEM_WITH_LOADS = 1, DEM_WITH_FAILURE = 2 } DemForceFlags;
+
+#define DEM_STRESS_EVERY  10   /* steps between looks at the principal stress of intact bonds */
+#define DEM_STRESS_WAKE   0.4  /* a bond is watched once its stress passes this fraction of a strength */
+#define DEM_SMALLEST_COSINE 0.2 /* facets whose normal is further from the opening direction do not fail in tension */
+
+/* State of the bonds that may break; rows in bond order. A block without a watched or damaged bond runs the intact rule. */
+typedef struct {
+  PetscReal     *damage; /* [n] broken fraction D */
+  PetscReal     *e;      /* [n][3] opening direction, turns with particle p; frozen once D > 0 */
+  PetscReal     *slip;   /* [n][3] slip of the closed, broken part; turns with p */
+  PetscReal     *work;   /* [n] dissipated [J] */
+  PetscReal     *rub;    /* [n] friction [J] */
+  PetscReal     *time;   /* [n] of first damage [s] */
+  unsigned char *state;  /* [n] bit 0 watched, 1 tension broke it, 2 shear broke it, 7 may not break */
+  unsigned char *awake;  /* [blocks] some bond is watched or damaged */
+  PetscReal     *stress; /* [n particles][6] stress x volume, when last looked at */
+  PetscReal     *slot_stress; /* [slots][6] */
+  PetscReal     *slot_v; /* [slots] condensed volume of damaged facets */
+  PetscReal     *volume; /* [particles] condensed volume of damaged facets now.  Eq. (4.4) */
+  PetscInt       steps;  /* since the last look */
+  /* list for DemModelGetCracks */
+  PetscInt       n_list;
+  PetscInt      *facet;
+  PetscReal     *list[7];
+  unsigned char *mode;
+} DemCrackState;
+
+enum { DEM_BOND_WATCHED = 1, DEM_BOND_TENSION = 2, DEM_BOND_SHEAR = 4, DEM_BOND_KEPT = 128 };
+
+struct _p_DemModel {
+  MPI_Comm  comm;
+  DemKind   kind;
+  PetscInt  dim, nrot, threads; /* nrot: 3 rotations in 3D, 1 in 2D */
+  PetscBool bonded, ready;
+
+  DemMaterial material;
+  PetscBool   cohesive;
+  DemStrength strength;
+  PetscBool  *breakable; /* [facets], NULL = all */
+  DemCrackState crack;   /* empty unless cohesive */
+  PetscReal   g_shear, lambda; /* [Pa]; lambda of plane stress in plane stress.  Eq. (4.1) */
+  PetscReal   alpha;           /* local damping */
+  PetscReal   gravity[3], initial_velocity[3];
+
+  DemPacking packing; /* copies, in the packing's order */
+  DemCells   cells;
+  DemBody    body;
+
+  PetscInt   n;
+  PetscInt  *rank_of, *at; /* [n] internal number of a packing's particle; packing's number of an internal one */
+
+  /* Internal order, component-major: a[c*n + p]. */
+  PetscReal *x0, *r;     /* [3][n], [n] */
+  PetscReal *u, *v, *f;  /* [3][n] displacement, half-step velocity, force now */
+  PetscReal *rot;        /* [4][n] unit quaternion w x y z; 2D: sin, cos - 1, angle, - */
+  PetscReal *spin, *torque; /* [3][n] (2D: [n]) */
+  PetscReal *mass, *inertia; /* [n] */
+  PetscReal *volume, *vstar; /* [n] cell, and cell with condensed facets.  Eq. (4.4) */
+  PetscReal *offset;     /* [3][n] cell centroid from the particle, for body forces */
+  PetscReal *sum, *dilation; /* [n] S_p, and weight x S_p / V*_p */
+  PetscReal *share;      /* [n] weight of the volumetric energy; NULL = 1 (coupling) */
+  PetscReal *f_ext, *t_ext; /* [3][n] force and couple from outside, NULL unless lent */
+
+  DemBonds  bonds;
+  DemBlocks blocks;
+  DemWalls  walls;
+  PetscInt  n_surface;
+  PetscInt *surface;     /* [n_surface] particles that can meet a tool: cells on the boundary, or all when unbonded */
+  PetscReal *traction_old, *traction_new; /* [walls][7] */
+  PetscReal *block_sum;  /* [n_blocks] partial sums, added in block order */
+
+  PetscInt n_faces;
+  DemFace *face;
+  PetscInt n_tools;
+  DemTool *tool;
+
+  PetscInt    n_history;
+  DemHistory *history;
+  const char **history_name, **history_unit;
+
+  PetscReal time, dt_last;
+  PetscBool started;     /* the first half kick is done */
+  PetscReal work, work_in, damped, contact_lost, friction_lost; /* [J] */
+  PetscReal stable;      /* critical step found, 0 = not yet */
+
+  PetscReal **scratch;   /* [threads] block copies */
+  PetscReal  *lent;      /* state on loan, packing's order */
+};
+
+/* Where a block's copy keeps what, in lengths of `widest`. */
+enum { DEM_COPY_X = 0, DEM_COPY_U = 3, DEM_COPY_R = 6, DEM_COPY_E = 10, DEM_COPY_S = 11, DEM_COPY_F = 12, DEM_COPY_V = 20, DEM_COPY_ALL = 21 };
+
+/* dem_setup.c */
+PetscErrorCode DemSetUpOrder_Internal(DemModel model);
+PetscErrorCode DemSetUpBonds_Internal(DemModel model);
+PetscErrorCode DemSetUpWalls_Internal(DemModel model);
+
+/* dem_bonds2.c, dem_bonds3.c: one block. copy holds position, rotation (and dilation for forces); S or F come back in it. */
+void DemBondsSum2_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal *copy);
+void DemBondsSum3_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal *copy);
+void DemBondsForce2_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal g2, PetscReal lambda, PetscReal *copy);
+void DemBondsForce3_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal g2, PetscReal lambda, PetscReal *copy);
+/* sum of G (A/d) |gap|^2 over the block's bonds [J] */
+PetscReal DemBondsEnergy2_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal g_shear, const PetscReal *copy);
+PetscReal DemBondsEnergy3_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal g_shear, const PetscReal *copy);
+
+/* dem_walls.c */
+void      DemFacesSetTime_Internal(DemModel model, PetscReal t);
+void      DemWallsSum_Internal(DemModel model, PetscInt p, PetscReal *sum);
+void      DemWallsForce_Internal(DemModel model, PetscInt p, PetscReal dilation, PetscReal f[6]);
+PetscReal DemWallsEnergy_Internal(DemModel model);
+void      DemFacesReactions_Internal(DemModel model);
+/* State of the loaded facets into now [walls][7]; returns their work since `before` (may be NULL) [J], trapezoid.  Eq. (4.12) */
+PetscReal DemTractionWork_Internal(DemModel model, const PetscReal *before, PetscReal *now);
+
+void      DemFacetForce_Internal(DemModel model, PetscInt i, PetscReal t[3]); /* of boundary facet i on its particle [N] */
+
+/* dem_fields.c */
+void           DemBondForce_Internal(DemModel model, PetscInt e, PetscReal t[3]); /* on particle p [N] */
+PetscErrorCode DemStress_Internal(DemModel model, PetscReal *stress);            /* [n][6] packing's order */
+PetscErrorCode DemStrain_Internal(DemModel model, PetscReal *strain);            /* [n][6] */
+void           DemDamage_Internal(DemModel model, PetscReal *damage);            /* [n] largest over the cell's facets */
+PetscErrorCode DemWriteCracks_Internal(DemModel model, Output output);           /* block "cracks": facets that have begun to break */
+
+/* dem_force.c: forces, torques, dilations of the present state */
+PetscErrorCode DemForces_Internal(DemModel model, PetscInt flags);
+PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy);
+
+PetscErrorCode DemKineticEnergy_Internal(DemModel model, PetscReal *kinetic, PetscReal *damping_due);
+
+/* dem_crack.c: the rule of a block whose bonds may be breaking */
+PetscErrorCode DemSetUpCracks_Internal(DemModel model);
+PetscErrorCode DemCracksDestroy_Internal(DemModel model);
+PetscErrorCode DemCracksLook_Internal(DemModel model); /* stresses, opening directions, which blocks are awake */
+void      DemCracksSum_Internal(DemModel model, PetscInt block, PetscReal *copy);
+void      DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, PetscInt flags);
+PetscReal DemCracksEnergy_Internal(DemModel model, PetscInt block, PetscReal *copy);
+
+/* dem_tool.c: contact of surface particles with the tools, added to f and torque */
+PetscErrorCode DemToolsForce_Internal(DemModel model, PetscReal dt);
+PetscReal      DemToolsEnergy_Internal(DemModel model);
+
+/* dem_step.c */
+PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt);
+
+/* Current vector of a body-fixed one: (R - I) r, by the particle's rotation.  Eq. (4.2) */
+static inline void DemTurn(PetscInt dim, PetscInt n, PetscInt p, const PetscReal *rot, const PetscReal r[3], PetscReal out[3])
+{
+  if (dim == 2) {
+    const PetscReal s = rot[p], c1 = rot[n + p];
+
+    out[0] = c1 * r[0] - s * r[1];
+    out[1] = s * r[0] + c1 * r[1];
+    out[2] = 0;
+  } else {
+    const PetscReal w = rot[p], x = rot[n + p], y = rot[2 * n + p], z = rot[3 * n + p];
+    const PetscReal tx = 2 * (y * r[2] - z * r[1]), ty = 2 * (z * r[0] - x * r[2]), tz = 2 * (x * r[1] - y * r[0]);
+
+    out[0] = w * tx + (y * tz - z * ty);
+    out[1] = w * ty + (z * tx - x * tz);
+    out[2] = w * tz + (x * ty - y * tx);
+  }
+}

@@ -1,0 +1,365 @@
+/* dem_model.c - making a DemModel and telling it what it is. */
+#include "dem_impl.h"
+
+PetscErrorCode DemModelCreate(MPI_Comm comm, DemModel *model)
+{
+  PetscMPIInt ranks;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  BaseCheckInput(ranks == 1, comm, "Discrete elements run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", (int)ranks);
+  PetscCall(PetscNew(model));
+  (*model)->comm    = comm;
+  (*model)->threads = 1;
+  (*model)->bonded  = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetKind(DemModel model, DemKind kind)
+{
+  PetscFunctionBegin;
+  model->kind = kind;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetThreads(DemModel model, PetscInt threads)
+{
+  PetscFunctionBegin;
+  BaseCheckInput(threads > 0, model->comm, "%" PetscInt_FMT " threads: at least one is needed", threads);
+  PetscCheck(!model->ready, model->comm, PETSC_ERR_ORDER, "The number of threads is fixed at set-up");
+  model->threads = threads;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetMaterial(DemModel model, const DemMaterial *material)
+{
+  PetscFunctionBegin;
+  BaseCheckInput(material->density > 0, model->comm, "Density %g kg/m3 must be positive", (double)material->density);
+  BaseCheckInput(material->young > 0, model->comm, "Young's modulus %g Pa must be positive", (double)material->young);
+  BaseCheckInput(material->poisson > -1 && material->poisson < 0.5, model->comm, "Poisson's ratio %g must lie between -1 and 0.5", (double)material->poisson);
+  model->material = *material;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetStrength(DemModel model, const DemStrength *s)
+{
+  PetscFunctionBegin;
+  BaseCheckInput(s->tensile >= 0 && s->shear >= 0 && (s->tensile > 0 || s->shear > 0), model->comm, "A cohesive material needs a positive tensile_strength or shear_strength");
+  BaseCheckInput(s->tensile == 0 || s->fracture_energy > 0, model->comm, "Fracture energy %g J/m2 must be positive beside a tensile strength", (double)s->fracture_energy);
+  BaseCheckInput(s->shear == 0 || s->shear_energy > 0, model->comm, "Shear fracture energy %g J/m2 must be positive beside a shear strength", (double)s->shear_energy);
+  BaseCheckInput(s->softening != DEM_SOFTENING_BILINEAR || (s->knee_stress > 0 && s->knee_stress < 1 && s->knee_opening > 0 && s->knee_opening < 2), model->comm,
+                 "Bilinear softening: knee_stress %g must lie in (0, 1) and knee_opening %g in (0, 2)", (double)s->knee_stress, (double)s->knee_opening);
+  BaseCheckInput(s->mu_static >= 0 && s->mu_dynamic >= 0, model->comm, "Friction coefficients cannot be negative");
+  model->strength = *s;
+  model->cohesive = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetBreakable(DemModel model, const PetscBool breakable[])
+{
+  PetscFunctionBegin;
+  PetscCheck(model->packing.n && !model->ready, model->comm, PETSC_ERR_ORDER, "Say which facets may break between DemModelSetBody() and DemModelSetUp()");
+  PetscCall(PetscFree(model->breakable));
+  PetscCall(PetscMalloc1(model->cells.n_facets, &model->breakable));
+  PetscCall(PetscArraycpy(model->breakable, breakable, model->cells.n_facets));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CopyReals(PetscInt n, const PetscReal from[], PetscReal **to)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(n, to));
+  PetscCall(PetscArraycpy(*to, from, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CopyInts(PetscInt n, const PetscInt from[], PetscInt **to)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(n, to));
+  PetscCall(PetscArraycpy(*to, from, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPacking *packing, const DemCells *cells)
+{
+  DemCells *c = &model->cells;
+
+  PetscFunctionBegin;
+  PetscCheck(!model->packing.n, model->comm, PETSC_ERR_ORDER, "A DemModel takes one body");
+  BaseCheckInput(packing->n > 0, model->comm, "The packing holds no particle");
+  PetscCheck(packing->n == cells->n, model->comm, PETSC_ERR_ARG_SIZ, "%" PetscInt_FMT " particles but %" PetscInt_FMT " cells", packing->n, cells->n);
+  model->dim  = body->dim;
+  model->nrot = body->dim == 3 ? 3 : 1;
+  model->n    = packing->n;
+
+  model->packing.n = packing->n;
+  PetscCall(CopyReals(3 * packing->n, packing->x, &model->packing.x));
+  PetscCall(CopyReals(packing->n, packing->r, &model->packing.r));
+
+  c->n        = cells->n;
+  c->n_facets = cells->n_facets;
+  c->n_walls  = cells->n_walls;
+  PetscCall(CopyReals(c->n, cells->volume, &c->volume));
+  PetscCall(CopyReals(3 * c->n, cells->centroid, &c->centroid));
+  PetscCall(CopyInts(c->n_facets, cells->p, &c->p));
+  PetscCall(CopyInts(c->n_facets, cells->q, &c->q));
+  PetscCall(CopyReals(c->n_facets, cells->area, &c->area));
+  PetscCall(CopyReals(3 * c->n_facets, cells->at, &c->at));
+  PetscCall(CopyInts(c->n_walls, cells->wall_p, &c->wall_p));
+  PetscCall(CopyInts(c->n_walls, cells->wall_face, &c->wall_face));
+  PetscCall(CopyReals(c->n_walls, cells->wall_area, &c->wall_area));
+  PetscCall(CopyReals(3 * c->n_walls, cells->wall_at, &c->wall_at));
+  PetscCall(CopyReals(3 * c->n_walls, cells->wall_normal, &c->wall_normal));
+  if (cells->facet_start) {
+    PetscCall(CopyInts(c->n_facets + 1, cells->facet_start, &c->facet_start));
+    PetscCall(CopyReals(3 * cells->facet_start[c->n_facets], cells->corner, &c->corner));
+  }
+
+  model->n_faces = model->body.n_faces = body->n_faces;
+  model->body.dim       = body->dim;
+  model->body.thickness = body->thickness;
+  for (PetscInt d = 0; d < 3; d++) {
+    model->body.low[d]  = body->low[d];
+    model->body.high[d] = body->high[d];
+  }
+  PetscCall(PetscMalloc1(body->n_faces, &model->body.face_name));
+  PetscCall(PetscArraycpy(model->body.face_name, body->face_name, body->n_faces));
+  PetscCall(PetscCalloc1(body->n_faces, &model->face));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetBonded(DemModel model, PetscBool bonded)
+{
+  PetscFunctionBegin;
+  model->bonded = bonded;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode FindFace(DemModel model, const char *name, DemFace **face)
+{
+  PetscInt k;
+
+  PetscFunctionBegin;
+  *face = NULL;
+  PetscCheck(model->packing.n, model->comm, PETSC_ERR_ORDER, "Call DemModelSetBody() before naming its faces");
+  PetscCall(DemBodyFindFace(&model->body, name, &k));
+  if (k < 0) {
+    const char **names, *near;
+
+    PetscCall(PetscMalloc1(model->n_faces, &names));
+    for (PetscInt i = 0; i < model->n_faces; i++) names[i] = model->body.face_name[i];
+    near = BaseNearest(name, model->n_faces, names);
+    PetscCall(PetscFree(names));
+    SETERRQ(model->comm, PETSC_ERR_USER_INPUT, "The particle body has no face '%s'%s%s%s", name, near ? "; did you mean '" : "", near ? near : "", near ? "'?" : "");
+  }
+  *face = &model->face[k];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelFix(DemModel model, const char *face, PetscInt component, DemMotion motion, const Table *table)
+{
+  DemFace *f;
+
+  PetscFunctionBegin;
+  PetscCall(FindFace(model, face, &f));
+  BaseCheckInput(component >= 0 && component < model->dim, model->comm, "Face '%s': component %" PetscInt_FMT " does not exist in %" PetscInt_FMT "D", face, component, model->dim);
+  BaseCheckInput(!f->fixed[component], model->comm, "Face '%s': the motion along %c is prescribed twice", face, (char)('x' + component));
+  f->fixed[component]  = PETSC_TRUE;
+  f->motion[component] = motion;
+  PetscCall(TableCopy(table, &f->table[component]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelAddTraction(DemModel model, const char *face, const PetscReal direction[3], const Table *table)
+{
+  DemFace *f;
+
+  PetscFunctionBegin;
+  PetscCall(FindFace(model, face, &f));
+  BaseCheckInput(!f->loaded, model->comm, "Face '%s' carries a traction already; give one table for all of it", face);
+  f->loaded = PETSC_TRUE;
+  for (PetscInt d = 0; d < 3; d++) f->direction[d] = direction[d];
+  PetscCall(TableCopy(table, &f->traction));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelAddPressure(DemModel model, const char *face, const Table *table)
+{
+  DemFace *f;
+
+  PetscFunctionBegin;
+  PetscCall(FindFace(model, face, &f));
+  BaseCheckInput(!f->pressed, model->comm, "Face '%s' carries a pressure already", face);
+  f->pressed = PETSC_TRUE;
+  PetscCall(TableCopy(table, &f->pressure));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetGravity(DemModel model, const PetscReal gravity[3])
+{
+  PetscFunctionBegin;
+  for (PetscInt d = 0; d < 3; d++) model->gravity[d] = gravity[d];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetInitialVelocity(DemModel model, const PetscReal velocity[3])
+{
+  PetscFunctionBegin;
+  for (PetscInt d = 0; d < 3; d++) model->initial_velocity[d] = velocity[d];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetLocalDamping(DemModel model, PetscReal alpha)
+{
+  PetscFunctionBegin;
+  BaseCheckInput(alpha >= 0 && alpha < 1, model->comm, "Local damping %g must lie in [0, 1)", (double)alpha);
+  model->alpha = alpha;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelAddPlane(DemModel model, const char *name, const DemPlane *plane, const Table velocity[3])
+{
+  DemTool  *grown, *tool;
+  PetscReal length = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt d = 0; d < 3; d++) length += PetscSqr(plane->normal[d]);
+  length = PetscSqrtReal(length);
+  BaseCheckInput(length > 0, model->comm, "Tool '%s': the normal of a plane cannot be zero", name);
+  BaseCheckInput(plane->friction >= 0, model->comm, "Tool '%s': friction %g cannot be negative", name, (double)plane->friction);
+  PetscCall(PetscCalloc1(model->n_tools + 1, &grown));
+  PetscCall(PetscArraycpy(grown, model->tool, model->n_tools));
+  PetscCall(PetscFree(model->tool));
+  model->tool = grown;
+  tool        = &model->tool[model->n_tools++];
+  PetscCall(PetscStrncpy(tool->name, name, sizeof(tool->name)));
+  tool->plane = *plane;
+  for (PetscInt d = 0; d < 3; d++) {
+    tool->plane.normal[d] /= length;
+    PetscCall(TableCopy(&velocity[d], &tool->velocity[d]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelAddHistory(DemModel model, const char *quantity, const char *group)
+{
+  static const char *const known[] = {"reaction", "displacement", "velocity"};
+  static const char *const units[] = {"N", "m", "m/s"};
+  PetscInt                 face = -1, tool = -1, which = -1;
+  DemHistory              *grown;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < 3; k++)
+    if (!strcmp(quantity, known[k])) which = k;
+  BaseCheckInput(which >= 0, model->comm, "History quantity '%s' is not known for particles; known: reaction, displacement, velocity", quantity);
+  PetscCall(DemBodyFindFace(&model->body, group, &face));
+  for (PetscInt k = 0; k < model->n_tools; k++)
+    if (!strcmp(group, model->tool[k].name)) tool = k;
+  if (face < 0 && tool < 0) {
+    DemFace *f;
+
+    PetscCall(FindFace(model, group, &f)); /* fails, and names the nearest */
+  }
+  PetscCall(PetscMalloc1(model->n_history + model->dim, &grown));
+  PetscCall(PetscArraycpy(grown, model->history, model->n_history));
+  PetscCall(PetscFree(model->history));
+  model->history = grown;
+  for (PetscInt c = 0; c < model->dim; c++) {
+    DemHistory *h = &model->history[model->n_history++];
+    char        name[300];
+
+    PetscCall(PetscStrncpy(h->quantity, quantity, sizeof(h->quantity)));
+    h->face      = face;
+    h->tool      = face < 0 ? tool : -1;
+    h->component = c;
+    h->unit      = units[which];
+    PetscCall(BaseFormat(name, "%s(%s).%c", quantity, group, (char)('x' + c)));
+    PetscCall(PetscStrallocpy(name, &h->name));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetUp(DemModel model)
+{
+  const DemMaterial *m = &model->material;
+
+  PetscFunctionBegin;
+  PetscCheck(model->packing.n, model->comm, PETSC_ERR_ORDER, "Call DemModelSetBody() before DemModelSetUp()");
+  PetscCheck(m->young > 0, model->comm, PETSC_ERR_ORDER, "Call DemModelSetMaterial() before DemModelSetUp()");
+  PetscCheck(!model->ready, model->comm, PETSC_ERR_ORDER, "DemModelSetUp() was called twice");
+  BaseCheckInput((model->dim == 3) == (model->kind == DEM_SOLID), model->comm, "A %" PetscInt_FMT "D body with the kind of the other dimension", model->dim);
+  model->g_shear = m->young / (2 * (1 + m->poisson));
+  model->lambda  = m->young * m->poisson / ((1 + m->poisson) * (1 - 2 * m->poisson));
+  if (model->kind == DEM_PLANE_STRESS) model->lambda = 2 * model->g_shear * model->lambda / (model->lambda + 2 * model->g_shear);
+  PetscCall(DemSetUpOrder_Internal(model));
+  PetscCall(DemSetUpBonds_Internal(model));
+  PetscCall(DemSetUpWalls_Internal(model));
+  if (model->cohesive && model->bonds.n) PetscCall(DemSetUpCracks_Internal(model));
+  for (PetscInt k = 0; k < model->n_tools; k++) PetscCall(PetscCalloc1(3 * model->n_surface, &model->tool[k].slip));
+  model->ready = PETSC_TRUE;
+  DemFacesSetTime_Internal(model, 0);
+  PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelGetCounts(DemModel model, PetscInt *particles, PetscInt *bonds, PetscInt *walls)
+{
+  PetscFunctionBegin;
+  if (particles) *particles = model->n;
+  if (bonds) *bonds = model->bonds.n;
+  if (walls) *walls = model->cells.n_walls;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelDestroy(DemModel *pmodel)
+{
+  DemModel model = *pmodel;
+
+  PetscFunctionBegin;
+  if (!model) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DemPackingDestroy(&model->packing));
+  PetscCall(DemCellsDestroy(&model->cells));
+  PetscCall(PetscFree(model->body.face_name));
+  PetscCall(PetscFree2(model->rank_of, model->at));
+  PetscCall(PetscFree2(model->x0, model->r));
+  PetscCall(PetscFree3(model->u, model->v, model->f));
+  PetscCall(PetscFree3(model->rot, model->spin, model->torque));
+  PetscCall(PetscFree6(model->mass, model->inertia, model->volume, model->vstar, model->sum, model->dilation));
+  PetscCall(PetscFree(model->offset));
+  PetscCall(PetscFree(model->share));
+  PetscCall(PetscFree2(model->f_ext, model->t_ext));
+  PetscCall(PetscFree7(model->bonds.p, model->bonds.q, model->bonds.ip, model->bonds.iq, model->bonds.k, model->bonds.arm, model->bonds.facet));
+  PetscCall(PetscFree(model->bonds.weight));
+  PetscCall(PetscFree3(model->blocks.first, model->blocks.bond, model->blocks.halo_start));
+  PetscCall(PetscFree3(model->blocks.halo, model->blocks.slot_start, model->blocks.slot));
+  PetscCall(PetscFree2(model->blocks.slot_s, model->blocks.slot_f));
+  PetscCall(PetscFree7(model->walls.start, model->walls.face, model->walls.kind, model->walls.area, model->walls.h, model->walls.arm, model->walls.normal));
+  PetscCall(PetscFree(model->walls.owner));
+  PetscCall(PetscFree(model->traction_old));
+  PetscCall(PetscFree(model->traction_new));
+  PetscCall(DemCracksDestroy_Internal(model));
+  PetscCall(PetscFree(model->breakable));
+  PetscCall(PetscFree(model->surface));
+  PetscCall(PetscFree(model->block_sum));
+  for (PetscInt k = 0; k < model->n_faces; k++) {
+    for (PetscInt d = 0; d < 3; d++) PetscCall(TableDestroy(&model->face[k].table[d]));
+    PetscCall(TableDestroy(&model->face[k].traction));
+    PetscCall(TableDestroy(&model->face[k].pressure));
+  }
+  PetscCall(PetscFree(model->face));
+  for (PetscInt k = 0; k < model->n_tools; k++) {
+    for (PetscInt d = 0; d < 3; d++) PetscCall(TableDestroy(&model->tool[k].velocity[d]));
+    PetscCall(PetscFree(model->tool[k].slip));
+  }
+  PetscCall(PetscFree(model->tool));
+  for (PetscInt k = 0; k < model->n_history; k++) PetscCall(PetscFree(model->history[k].name));
+  PetscCall(PetscFree(model->history));
+  PetscCall(PetscFree2(model->history_name, model->history_unit));
+  if (model->scratch)
+    for (PetscInt t = 0; t < model->threads; t++) PetscCall(PetscFree(model->scratch[t]));
+  PetscCall(PetscFree(model->scratch));
+  PetscCall(PetscFree(model->lent));
+  PetscCall(PetscFree(*pmodel));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

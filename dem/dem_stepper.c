@@ -1,0 +1,375 @@
+/* dem_stepper.c - the model as the run loop sees it: energies, history, frames, checkpoints. */
+#include "dem_impl.h"
+
+static PetscErrorCode StepperStable(void *ctx, PetscReal *dt)
+{
+  return DemModelGetCriticalStep(ctx, dt);
+}
+
+static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
+{
+  DemModel       model = ctx;
+  const PetscInt n = model->n;
+  PetscReal      kinetic, due, strain, gravity = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(ledger, sizeof(*ledger)));
+  PetscCall(DemKineticEnergy_Internal(model, &kinetic, &due));
+  PetscCall(DemStrainEnergy_Internal(model, &strain));
+  if (model->gravity[0] != 0 || model->gravity[1] != 0 || model->gravity[2] != 0) /* a potential: its work needs no sum over time */
+    for (PetscInt p = 0; p < n; p++) {
+      const PetscReal c[3] = {model->offset[p], model->offset[n + p], model->offset[2 * n + p]};
+      PetscReal       turn[3];
+
+      DemTurn(model->dim, n, p, model->rot, c, turn);
+      for (PetscInt d = 0; d < model->dim; d++) gravity += model->mass[p] * model->gravity[d] * (model->u[d * n + p] + turn[d]);
+    }
+  ledger->energy[LEDGER_KINETIC]  = kinetic;
+  ledger->energy[LEDGER_STRAIN]   = strain;
+  ledger->energy[LEDGER_DAMPING]  = model->damped + due;
+  ledger->energy[LEDGER_CONTACT]  = DemToolsEnergy_Internal(model) + model->contact_lost;
+  ledger->energy[LEDGER_FRICTION] = model->friction_lost;
+  if (model->crack.damage)
+    for (PetscInt k = 0; k < model->bonds.n; k++) {
+      ledger->energy[LEDGER_FRACTURE] += model->crack.work[k];
+      ledger->energy[LEDGER_FRICTION] += model->crack.rub[k];
+    }
+  ledger->energy[LEDGER_WORK]     = model->work + gravity;
+  ledger->work_in                 = model->work_in + PetscAbsReal(gravity);
+  ledger->scale                   = 0; /* strain energy of a strain of one: what the floor of the error is taken from */
+  for (PetscInt p = 0; p < n; p++) ledger->scale += 0.5 * model->material.young * model->volume[p];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
+{
+  DemModel          model = ctx;
+  const DemHistory *h = &model->history[i];
+  const PetscInt    n = model->n, c = h->component;
+
+  PetscFunctionBegin;
+  if (h->tool >= 0) {
+    const DemTool *tool = &model->tool[h->tool];
+
+    *value = h->quantity[0] == 'r' ? tool->force[c] : h->quantity[0] == 'd' ? tool->at[c] : TableValue(&tool->velocity[c], model->time);
+  } else if (h->quantity[0] == 'r') {
+    DemFacesReactions_Internal(model);
+    *value = model->face[h->face].reaction[c];
+  } else { /* area mean over the face, of the facets' own points */
+    const DemCells *cells = &model->cells;
+    PetscReal       sum = 0, area = 0;
+
+    for (PetscInt k = 0; k < cells->n_walls; k++)
+      if (cells->wall_face[k] == h->face) {
+        const PetscInt p = model->rank_of[cells->wall_p[k]];
+        PetscReal      arm[3], turn[3];
+
+        for (PetscInt d = 0; d < 3; d++) arm[d] = cells->wall_at[3 * k + d] - model->packing.x[3 * cells->wall_p[k] + d];
+        if (h->quantity[0] == 'd') {
+          DemTurn(model->dim, n, p, model->rot, arm, turn);
+          sum += cells->wall_area[k] * (model->u[c * n + p] + turn[c]);
+        } else sum += cells->wall_area[k] * model->v[c * n + p];
+        area += cells->wall_area[k];
+      }
+    *value = area > 0 ? sum / area : 0;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Mean out-of-balance force over mean contact force: zero at rest.  Eq. (1.5) */
+static PetscErrorCode StepperUnbalanced(void *ctx, PetscReal *ratio)
+{
+  DemModel         model = ctx;
+  const PetscInt   n = model->n;
+  const PetscReal *f = model->f;
+  PetscReal        net = 0, through = 0;
+  const DemBonds  *b = &model->bonds;
+
+  PetscFunctionBegin;
+  for (PetscInt p = 0; p < n; p++) net += PetscSqrtReal(PetscSqr(f[p]) + PetscSqr(f[n + p]) + PetscSqr(f[2 * n + p]));
+  for (PetscInt e = 0; e < b->n; e++) {
+    PetscReal t[3];
+
+    DemBondForce_Internal(model, e, t);
+    through += PetscSqrtReal(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
+  }
+  *ratio = through > 0 ? (net / n) / (through / b->n) : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Vector of each particle, packing's order: from component-major internal arrays. */
+static void ToPackingOrder(DemModel model, const PetscReal *from, PetscReal *to)
+{
+  for (PetscInt p = 0; p < model->n; p++)
+    for (PetscInt d = 0; d < 3; d++) to[3 * model->at[p] + d] = from[d * model->n + p];
+}
+
+/* Rotation vector from the quaternion: angle times axis. */
+static void RotationVectors(DemModel model, PetscReal *to)
+{
+  const PetscInt n = model->n;
+
+  for (PetscInt p = 0; p < n; p++) {
+    PetscReal *o = to + 3 * model->at[p];
+
+    o[0] = o[1] = o[2] = 0;
+    if (model->dim == 2) o[2] = model->rot[2 * n + p];
+    else {
+      const PetscReal x = model->rot[n + p], y = model->rot[2 * n + p], z = model->rot[3 * n + p], s = PetscSqrtReal(x * x + y * y + z * z);
+      const PetscReal f = s > 1e-12 ? 2 * PetscAtan2Real(s, model->rot[p]) / s : 2;
+
+      o[0] = f * x;
+      o[1] = f * y;
+      o[2] = f * z;
+    }
+  }
+}
+
+static PetscErrorCode StepperWrite(void *ctx, Output output)
+{
+  DemModel       model = ctx;
+  const PetscInt n = model->n;
+  PetscReal     *data[6] = {NULL}, *radius;
+  PetscInt      *start, *node, m = 0;
+  unsigned char *type;
+  OutputArray    array[8];
+  OutputBlock    block = {"particles", n, model->packing.x, n, NULL, NULL, NULL, 0, array};
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc4(n + 1, &start, n, &node, n, &type, n, &radius));
+  for (PetscInt k = 0; k < n; k++) {
+    start[k] = node[k] = k;
+    type[k]            = 1;
+    radius[k]          = model->packing.r[k];
+  }
+  start[n]   = n;
+  block.start = start;
+  block.node  = node;
+  block.type  = type;
+  array[m++]  = (OutputArray){"radius", "m", OUTPUT_POINT_DATA, 1, radius};
+  if (OutputWants(output, "displacement")) {
+    PetscCall(PetscMalloc1(3 * n, &data[0]));
+    ToPackingOrder(model, model->u, data[0]);
+    array[m++] = (OutputArray){"displacement", "m", OUTPUT_POINT_DATA, 3, data[0]};
+  }
+  if (OutputWants(output, "velocity")) {
+    PetscCall(PetscMalloc1(3 * n, &data[1]));
+    ToPackingOrder(model, model->v, data[1]);
+    array[m++] = (OutputArray){"velocity", "m/s", OUTPUT_POINT_DATA, 3, data[1]};
+  }
+  if (OutputWants(output, "rotation")) {
+    PetscCall(PetscMalloc1(3 * n, &data[2]));
+    RotationVectors(model, data[2]);
+    array[m++] = (OutputArray){"rotation", "rad", OUTPUT_POINT_DATA, 3, data[2]};
+  }
+  if (OutputWants(output, "stress")) {
+    PetscCall(PetscMalloc1(6 * n, &data[3]));
+    PetscCall(DemStress_Internal(model, data[3]));
+    array[m++] = (OutputArray){"stress", "Pa", OUTPUT_POINT_DATA, 6, data[3]};
+  }
+  if (OutputWants(output, "strain")) {
+    PetscCall(PetscMalloc1(6 * n, &data[4]));
+    PetscCall(DemStrain_Internal(model, data[4]));
+    array[m++] = (OutputArray){"strain", "-", OUTPUT_POINT_DATA, 6, data[4]};
+  }
+  if (OutputWants(output, "damage")) {
+    PetscCall(PetscMalloc1(n, &data[5]));
+    DemDamage_Internal(model, data[5]);
+    array[m++] = (OutputArray){"damage", "-", OUTPUT_POINT_DATA, 1, data[5]};
+  }
+  block.n_arrays = m;
+  PetscCall(OutputFrameBlock(output, &block));
+  if (OutputWants(output, "damage") && model->crack.damage) PetscCall(DemWriteCracks_Internal(model, output));
+  for (PetscInt k = 0; k < 6; k++) PetscCall(PetscFree(data[k]));
+  PetscCall(PetscFree4(start, node, type, radius));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Scalars that a restart needs, in one array. */
+#define SCALARS 9
+
+/* Bytes travel as integers. */
+static PetscErrorCode SaveBytes(Checkpoint c, const char *name, PetscInt n, const unsigned char *bytes)
+{
+  PetscInt *copy;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(n, &copy));
+  for (PetscInt k = 0; k < n; k++) copy[k] = bytes[k];
+  PetscCall(CheckpointWriteInt(c, name, n, copy));
+  PetscCall(PetscFree(copy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LoadBytes(Checkpoint c, const char *name, PetscInt n, unsigned char *bytes)
+{
+  PetscInt *copy;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(n, &copy));
+  PetscCall(CheckpointReadInt(c, name, n, copy));
+  for (PetscInt k = 0; k < n; k++) bytes[k] = (unsigned char)copy[k];
+  PetscCall(PetscFree(copy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SaveCracks(DemModel model, Checkpoint c)
+{
+  const DemCrackState *crack = &model->crack;
+  const PetscInt       m = model->bonds.n;
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointWriteReal(c, "dem/bond_damage", m, crack->damage));
+  PetscCall(CheckpointWriteReal(c, "dem/bond_opening_direction", 3 * m, crack->e));
+  PetscCall(CheckpointWriteReal(c, "dem/bond_slip", 3 * m, crack->slip));
+  PetscCall(CheckpointWriteReal(c, "dem/bond_fracture_work", m, crack->work));
+  PetscCall(CheckpointWriteReal(c, "dem/bond_friction_work", m, crack->rub));
+  PetscCall(CheckpointWriteReal(c, "dem/bond_time", m, crack->time));
+  PetscCall(SaveBytes(c, "dem/bond_state", m, crack->state));
+  PetscCall(SaveBytes(c, "dem/block_awake", model->blocks.n_blocks, crack->awake));
+  PetscCall(CheckpointWriteInt(c, "dem/stress_steps", 1, &crack->steps));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode LoadCracks(DemModel model, Checkpoint c)
+{
+  DemCrackState *crack = &model->crack;
+  const PetscInt m = model->bonds.n;
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointReadReal(c, "dem/bond_damage", m, crack->damage));
+  PetscCall(CheckpointReadReal(c, "dem/bond_opening_direction", 3 * m, crack->e));
+  PetscCall(CheckpointReadReal(c, "dem/bond_slip", 3 * m, crack->slip));
+  PetscCall(CheckpointReadReal(c, "dem/bond_fracture_work", m, crack->work));
+  PetscCall(CheckpointReadReal(c, "dem/bond_friction_work", m, crack->rub));
+  PetscCall(CheckpointReadReal(c, "dem/bond_time", m, crack->time));
+  PetscCall(LoadBytes(c, "dem/bond_state", m, crack->state));
+  PetscCall(LoadBytes(c, "dem/block_awake", model->blocks.n_blocks, crack->awake));
+  PetscCall(CheckpointReadInt(c, "dem/stress_steps", 1, &crack->steps));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StepperSave(void *ctx, Checkpoint c)
+{
+  DemModel        model = ctx;
+  const PetscInt  n = model->n;
+  const PetscReal scalar[SCALARS] = {model->time, model->dt_last, model->started, model->work, model->work_in, model->damped, model->contact_lost, model->friction_lost, model->stable};
+  char            name[64];
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointWriteReal(c, "dem/scalars", SCALARS, scalar));
+  PetscCall(CheckpointWriteInt(c, "dem/number", n, model->at)); /* packing's number of each row below: global ids */
+  PetscCall(CheckpointWriteReal(c, "dem/displacement", 3 * n, model->u));
+  PetscCall(CheckpointWriteReal(c, "dem/velocity", 3 * n, model->v));
+  PetscCall(CheckpointWriteReal(c, "dem/rotation", 4 * n, model->rot));
+  PetscCall(CheckpointWriteReal(c, "dem/spin", 3 * n, model->spin));
+  PetscCall(CheckpointWriteReal(c, "dem/force", 3 * n, model->f));
+  PetscCall(CheckpointWriteReal(c, "dem/couple", 3 * n, model->torque));
+  PetscCall(CheckpointWriteReal(c, "dem/dilation", n, model->dilation));
+  PetscCall(CheckpointWriteReal(c, "dem/vstar", n, model->vstar));
+  if (model->crack.damage) PetscCall(SaveCracks(model, c));
+  for (PetscInt k = 0; k < model->n_faces; k++) {
+    PetscCall(BaseFormat(name, "dem/reaction_%" PetscInt_FMT, k));
+    PetscCall(CheckpointWriteReal(c, name, 3, model->face[k].reaction));
+  }
+  if (model->walls.n) PetscCall(CheckpointWriteReal(c, "dem/traction", 7 * model->walls.n, model->traction_new));
+  for (PetscInt k = 0; k < model->n_tools; k++) {
+    PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_slip", k));
+    PetscCall(CheckpointWriteReal(c, name, 3 * model->n_surface, model->tool[k].slip));
+    PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_force", k));
+    PetscCall(CheckpointWriteReal(c, name, 3, model->tool[k].force));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StepperLoad(void *ctx, Checkpoint c)
+{
+  DemModel       model = ctx;
+  const PetscInt n = model->n;
+  PetscReal      scalar[SCALARS];
+  PetscInt      *number;
+  PetscBool      same = PETSC_TRUE;
+  char           name[64];
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointReadReal(c, "dem/scalars", SCALARS, scalar));
+  PetscCall(PetscMalloc1(n, &number));
+  PetscCall(CheckpointReadInt(c, "dem/number", n, number));
+  for (PetscInt p = 0; p < n; p++) same = (PetscBool)(same && number[p] == model->at[p]);
+  PetscCall(PetscFree(number));
+  BaseCheckInput(same, model->comm, "The checkpoint's particles stand in another order: it belongs to another packing than this scene makes");
+  PetscCall(CheckpointReadReal(c, "dem/displacement", 3 * n, model->u));
+  PetscCall(CheckpointReadReal(c, "dem/velocity", 3 * n, model->v));
+  PetscCall(CheckpointReadReal(c, "dem/rotation", 4 * n, model->rot));
+  PetscCall(CheckpointReadReal(c, "dem/spin", 3 * n, model->spin));
+  PetscCall(CheckpointReadReal(c, "dem/force", 3 * n, model->f));
+  PetscCall(CheckpointReadReal(c, "dem/couple", 3 * n, model->torque));
+  PetscCall(CheckpointReadReal(c, "dem/dilation", n, model->dilation));
+  PetscCall(CheckpointReadReal(c, "dem/vstar", n, model->vstar));
+  if (model->crack.damage) PetscCall(LoadCracks(model, c));
+  model->time          = scalar[0];
+  model->dt_last       = scalar[1];
+  model->started       = (PetscBool)(scalar[2] != 0);
+  model->work          = scalar[3];
+  model->work_in       = scalar[4];
+  model->damped        = scalar[5];
+  model->contact_lost  = scalar[6];
+  model->friction_lost = scalar[7];
+  model->stable        = scalar[8];
+  DemFacesSetTime_Internal(model, model->time);
+  for (PetscInt k = 0; k < model->n_faces; k++) {
+    PetscCall(BaseFormat(name, "dem/reaction_%" PetscInt_FMT, k));
+    PetscCall(CheckpointReadReal(c, name, 3, model->face[k].reaction));
+  }
+  if (model->walls.n) PetscCall(CheckpointReadReal(c, "dem/traction", 7 * model->walls.n, model->traction_new));
+  for (PetscInt k = 0; k < model->n_tools; k++) {
+    PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_slip", k));
+    PetscCall(CheckpointReadReal(c, name, 3 * model->n_surface, model->tool[k].slip));
+    PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_force", k));
+    PetscCall(CheckpointReadReal(c, name, 3, model->tool[k].force));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelGetStepper(DemModel model, Stepper *stepper)
+{
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before asking for the stepper");
+  if (!model->history_name) {
+    PetscCall(PetscMalloc2(model->n_history, &model->history_name, model->n_history, &model->history_unit));
+    for (PetscInt k = 0; k < model->n_history; k++) {
+      model->history_name[k] = model->history[k].name;
+      model->history_unit[k] = model->history[k].unit;
+    }
+  }
+  PetscCall(PetscMemzero(stepper, sizeof(*stepper)));
+  *stepper = (Stepper){.name = "dem", .ctx = model, .stable_step = StepperStable, .step = DemStep_Internal, .energy = StepperEnergy, .history = StepperHistory, .write = StepperWrite,
+                       .save = StepperSave, .load = StepperLoad, .unbalanced = model->bonds.n ? StepperUnbalanced : NULL, .n_history = model->n_history, .history_name = model->history_name,
+                       .history_unit = model->history_unit, .elements = model->bonds.n ? model->bonds.n : model->n};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelComputeForces(DemModel model)
+{
+  PetscFunctionBegin;
+  DemFacesSetTime_Internal(model, model->time);
+  PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelGetState(DemModel model, DemState *s)
+{
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before borrowing the state");
+  if (!model->f_ext) PetscCall(PetscCalloc2(3 * model->n, &model->f_ext, 3 * model->n, &model->t_ext));
+  *s = (DemState){model->dim, model->n, model->at, model->x0, model->u, model->v, model->rot, model->spin, model->f, model->torque, model->mass, model->inertia, model->f_ext, model->t_ext};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelRestoreState(DemModel model, DemState *s)
+{
+  PetscFunctionBegin;
+  PetscCheck(s->u == model->u, model->comm, PETSC_ERR_ARG_WRONG, "This state was not borrowed from this model");
+  PetscCall(PetscMemzero(s, sizeof(*s)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
