@@ -356,8 +356,9 @@ typedef enum { POLL_STOP, POLL_PROGRESS, POLL_CHECKPOINT, POLL_EVERY, POLL_ITEMS
 
 static PetscErrorCode Poll(Run *run, PetscInt here, PetscBool asked[POLL_ITEMS])
 {
-  PetscLogDouble now;
-  int            mine[POLL_ITEMS] = {0}, all[POLL_ITEMS];
+  const PetscReal clock = run->options->checkpoint_clock > 0 ? run->options->checkpoint_clock : CHECKPOINT_CLOCK;
+  PetscLogDouble  now;
+  int             mine[POLL_ITEMS] = {0}, all[POLL_ITEMS];
 
   PetscFunctionBegin;
   memset(asked, 0, sizeof(PetscBool) * POLL_ITEMS);
@@ -366,7 +367,7 @@ static PetscErrorCode Poll(Run *run, PetscInt here, PetscBool asked[POLL_ITEMS])
   if (run->rank == 0) {
     PetscCall(PetscTime(&now));
     mine[POLL_PROGRESS]   = ProgressDue(&run->progress, now);
-    mine[POLL_CHECKPOINT] = run->options->checkpoint_every <= 0 && now - run->checkpoint_clock >= CHECKPOINT_CLOCK;
+    mine[POLL_CHECKPOINT] = run->options->checkpoint_every <= 0 && now - run->checkpoint_clock >= clock;
     mine[POLL_EVERY]      = (int)PetscMin(1000., 1. + POLL_SECONDS * here / PetscMax(now - run->progress.started, 1e-9));
   }
   if (run->size > 1) PetscCallMPI(MPI_Allreduce(mine, all, POLL_ITEMS, MPI_INT, MPI_MAX, run->comm));

@@ -34,9 +34,10 @@ typedef struct {
   PetscReal   history_every;    /* [s]; 0 = only first and last */
   PetscReal   frame_every;      /* [s]; 0 = only first and last */
   PetscReal   checkpoint_every; /* [s] of simulated time; 0 = by wall clock, every 5 minutes */
+  PetscReal   checkpoint_clock; /* wall time between those [s]; 0 = 300 */
   PetscReal   ledger_bound;     /* stop with exit 1 above this ledger error; default 0.05 */
   PetscReal   unbalanced_stop;  /* stop when the ratio falls below; 0 = never */
-  PetscInt    max_steps;        /* stop, with a checkpoint, after so many steps of this call; 0 = none */
+  PetscInt    max_steps;        /* stop as if interrupted, with a checkpoint, after so many steps of this call; 0 = none */
   PetscBool   resume;
   PetscBool   quiet;
   const char *stamp;            /* text that tells one scene from another; a checkpoint with another is refused */
@@ -57,6 +58,10 @@ typedef struct {
 
 /*
   RunLoop - advance until end, Ctrl-C (SIGINT, SIGTERM), failure or max_steps
+
+  The history gets time[s], step[-], the stepper's quantities, energy.*[J] and ledger_error[-]; the checkpoint is DIR/checkpoint.h5.
+  resume goes on from it: everything it finds there must be this scene's (PETSC_ERR_USER_INPUT otherwise). Call after OutputCreate() with
+  the same resume. The summary holds what was done also when an error is returned; destroy it in any case.
 
   A state with NaN, or a ledger error over the bound, is PETSC_ERR_FP or PETSC_ERR_NOT_CONVERGED with the step, the time and the last good
   checkpoint in the message; no frame of a bad state is written. The step stays constant from start to end, also across a resume.

@@ -4,6 +4,8 @@
   Called as `test_resume child DIRECTORY KIND` it is the run that the tests interrupt from outside.
 */
 #include "run_toy.h"
+#include "files.h"
+#include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/stat.h>
@@ -136,6 +138,44 @@ static PetscErrorCode TestStartsOver(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 CHECK_TEST(TestStartsOver)
+
+/* Checkpoints by the wall clock, as often as the disk allows, and a line of progress leave no trace in the results. */
+static PetscErrorCode TestClockLeavesNoTrace(void)
+{
+  RunOptions o = plain;
+  RunSummary s;
+  Toy        toy;
+  char      *text;
+
+  PetscFunctionBeginUser;
+  PetscCall(RunWhole("test_resume.whole", &plain));
+  o.checkpoint_clock = 1e-6;
+  o.quiet            = PETSC_FALSE;
+  PetscCall(ToyCreate(10, &toy));
+  fflush(stdout);
+  {
+    const int kept = dup(STDOUT_FILENO), file = open("test_resume.said", O_WRONLY | O_CREAT | O_TRUNC, 0666);
+
+    dup2(file, STDOUT_FILENO);
+    PetscCall(RunToy("test_resume.clock", &toy, &o, &s));
+    dup2(kept, STDOUT_FILENO);
+    close(kept);
+    close(file);
+  }
+  PetscCall(ToyDestroy(&toy));
+  CheckAbove(s.seconds_checkpoint, 1e-3); /* some 600 of them */
+  CheckBelow(s.seconds_checkpoint + s.seconds_output + s.seconds_step, 600);
+  PetscCall(RunSummaryDestroy(&s));
+  PetscCall(SameFiles("test_resume.whole", "test_resume.clock"));
+  PetscCall(FileReadText("test_resume.said", &text, NULL));
+  CheckContains(text, "100.0 %  t 300 s  step 600/600");
+  CheckContains(text, "element-steps/s");
+  CheckContains(text, "kinetic/strain");
+  CheckContains(text, "energy error");
+  PetscCall(PetscFree(text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestClockLeavesNoTrace)
 
 /* ---- runs stopped from outside ---- */
 
@@ -283,7 +323,7 @@ static PetscErrorCode TestKill(void)
 }
 CHECK_TEST(TestKill)
 
-static const struct CMUnitTest tests[] = {TEST(TestPieces), TEST(TestLaterEnd), TEST(TestRefusals), TEST(TestStartsOver), TEST(TestCtrlC), TEST(TestSecondCtrlC), TEST(TestKill)};
+static const struct CMUnitTest tests[] = {TEST(TestPieces), TEST(TestLaterEnd), TEST(TestRefusals), TEST(TestStartsOver), TEST(TestClockLeavesNoTrace), TEST(TestCtrlC), TEST(TestSecondCtrlC), TEST(TestKill)};
 
 static char **CopyEnvironment(void)
 {
