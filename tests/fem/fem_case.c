@@ -18,11 +18,10 @@ PetscErrorCode CaseBox(MPI_Comm comm, MeshCellType type, const PetscReal length[
   PetscFunctionBegin;
   PetscCall(MeshCreateBox(comm, "body", type, origin, length, n, mesh));
   for (PetscInt i = 0; i < mesh->n_nodes; i++) {
-    PetscReal *x     = &mesh->x[3 * i];
-    PetscBool  inner = PETSC_TRUE;
+    PetscReal *x = &mesh->x[3 * i];
 
-    for (PetscInt d = 0; d < dim; d++) inner = inner && x[d] > 1e-9 * length[d] && x[d] < length[d] * (1 - 1e-9) ? PETSC_TRUE : PETSC_FALSE;
-    for (PetscInt d = 0; d < dim && inner; d++) x[d] += distort * Noise(3 * i + d) * length[d] / n[d];
+    for (PetscInt d = 0; d < dim; d++)
+      if (x[d] > 1e-9 * length[d] && x[d] < length[d] * (1 - 1e-9)) x[d] += distort * Noise(3 * i + d) * length[d] / n[d]; /* nodes of a side slide in it */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

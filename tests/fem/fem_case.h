@@ -6,7 +6,7 @@
 /* Exact displacement [m] at x. */
 typedef void (*CaseField)(const PetscReal x[3], PetscReal u[3]);
 
-/* Box of size length[] from the origin; inner nodes moved by up to `distort` of a cell, the same on every machine. */
+/* Box of size length[] from the origin; nodes moved by up to `distort` of a cell (those of a side within it), the same on every machine. */
 PetscErrorCode CaseBox(MPI_Comm comm, MeshCellType type, const PetscReal length[3], const PetscInt n[3], PetscReal distort, Mesh *mesh);
 
 /* A point group "node I" for each of these nodes (rank 0). */
