@@ -105,7 +105,7 @@ static PetscInt EditDistance(const char *a, const char *b)
 const char *BaseNearest(const char *word, PetscInt n, const char *const names[])
 {
   const char *best  = NULL;
-  PetscInt    least = 1 + (PetscInt)strlen(word) / 3;
+  PetscInt    n_word = (PetscInt)strlen(word), least = PetscMin(1 + n_word / 3, n_word - 1); /* not all of it wrong */
 
   for (PetscInt k = 0; k < n; k++) {
     const PetscInt distance = EditDistance(word, names[k]);

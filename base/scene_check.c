@@ -27,7 +27,7 @@ static void Label(SceneNode node, size_t size, char label[])
   size_t    from = 0;
 
   while (keyed->parent && !keyed->key) keyed = keyed->parent;
-  if (keyed->key && strlen(keyed->key) == 1 && keyed->parent && keyed->parent->key && keyed->row) keyed = keyed->parent; /* x, y, z */
+  if (keyed->key && strlen(keyed->key) == 1 && keyed->parent && keyed->parent->key && keyed->row && strlen(SceneKeyName(keyed->row)) == 1 && SceneKeyName(keyed->row)[0] != '*') keyed = keyed->parent; /* x, y, z */
   SceneNodePath(node, sizeof(path), path);
   if (keyed->parent) {
     char before[BASE_LINE];
@@ -103,8 +103,8 @@ static PetscErrorCode RangeWords(const SceneKey *row, const char *label, const c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One number with unit. range: row whose range holds, or NULL. Sets node->value and node->good. */
-static PetscErrorCode CheckReal(Scene scene, SceneNode node, const char *unit, const SceneKey *range)
+/* One number with unit. name: as messages call it, NULL: its key. range: row whose range holds, or NULL. Sets node->value and node->good. */
+static PetscErrorCode CheckReal(Scene scene, SceneNode node, const char *name, const char *unit, const SceneKey *range)
 {
   const PetscBool bare_wanted = (PetscBool)!strcmp(unit, "-");
   const char     *example = UnitsExample(unit), *rest;
@@ -114,7 +114,8 @@ static PetscErrorCode CheckReal(Scene scene, SceneNode node, const char *unit, c
   UnitsResult     result;
 
   PetscFunctionBegin;
-  Label(node, sizeof(label), label);
+  if (name) snprintf(label, sizeof(label), "%s", name);
+  else Label(node, sizeof(label), label);
   if (node->kind != NODE_TEXT) {
     PetscCall(SceneFaultValue(scene, node, "%s is %s; a number%s%s is expected, e.g. %s", label, KindWord(node), bare_wanted ? "" : " in ", bare_wanted ? "" : unit, example));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -247,7 +248,7 @@ static PetscErrorCode CheckInt(Scene scene, SceneNode node, const SceneKey *row)
   PetscInt    n = SceneKeyChoices(row, WORDS, word, later, group);
 
   PetscFunctionBegin;
-  PetscCall(CheckReal(scene, node, "-", row));
+  PetscCall(CheckReal(scene, node, NULL, "-", row));
   if (!node->good) PetscFunctionReturn(PETSC_SUCCESS);
   Label(node, sizeof(label), label);
   node->good = PETSC_FALSE;
@@ -296,7 +297,7 @@ static PetscErrorCode CheckVector(Scene scene, SceneNode node, const SceneKey *r
   else {
     node->good = PETSC_TRUE;
     for (SceneNode item = node->first; item; item = item->next) {
-      PetscCall(CheckReal(scene, item, row->unit, row));
+      PetscCall(CheckReal(scene, item, NULL, row->unit, row));
       if (!item->good) node->good = PETSC_FALSE;
     }
   }
@@ -308,11 +309,13 @@ static PetscErrorCode CheckTableRows(Scene scene, SceneNode node, SceneNode rows
 {
   const char *example = UnitsExample(row->unit);
   SceneNode   before  = NULL;
+  char        label[LABEL];
 
   PetscFunctionBegin;
+  Label(node, sizeof(label), label);
   node->good = PETSC_TRUE;
   if (rows->kind != NODE_LIST || !rows->n) {
-    PetscCall(SceneFaultValue(scene, rows, "a table is a list of [time, value], e.g. [[0 s, 0], [1 ms, %s]]", example));
+    PetscCall(SceneFaultValue(scene, rows, "the table is empty or no list; write rows of [time, value], e.g. [[0 s, 0], [1 ms, %s]]", example));
     node->good = PETSC_FALSE;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -324,8 +327,8 @@ static PetscErrorCode CheckTableRows(Scene scene, SceneNode node, SceneNode rows
       node->good = PETSC_FALSE;
       continue;
     }
-    PetscCall(CheckReal(scene, t, "s", NULL));
-    PetscCall(CheckReal(scene, v, row->unit, row));
+    PetscCall(CheckReal(scene, t, "time", "s", NULL));
+    PetscCall(CheckReal(scene, v, label, row->unit, row));
     if (!t->good || !v->good) node->good = PETSC_FALSE;
     if (t->good && before && t->value <= before->value) {
       PetscCall(SceneFaultValue(scene, t, "time %s does not come after %s of the row before; times must increase", t->text, before->text));
@@ -352,8 +355,8 @@ static PetscErrorCode CheckRamp(Scene scene, SceneNode node, SceneNode ramp, con
     if (child != to && child != over) PetscCall(SceneFaultKey(scene, child, "unknown key '%s' in ramp; allowed: to, over", child->key));
   if (!to) PetscCall(SceneFaultKey(scene, ramp, "ramp has no 'to'; write {ramp: {to: %s, over: 1 ms}}", example));
   if (!over) PetscCall(SceneFaultKey(scene, ramp, "ramp has no 'over', the time it takes; write {ramp: {to: %s, over: 1 ms}}", example));
-  if (to) PetscCall(CheckReal(scene, to, row->unit, row));
-  if (over) PetscCall(CheckReal(scene, over, "s", &positive));
+  if (to) PetscCall(CheckReal(scene, to, NULL, row->unit, row));
+  if (over) PetscCall(CheckReal(scene, over, NULL, "s", &positive));
   node->good = (PetscBool)(to && over && to->good && over->good);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -365,7 +368,7 @@ static PetscErrorCode CheckTable(Scene scene, SceneNode node, const SceneKey *ro
 
   PetscFunctionBegin;
   Label(node, sizeof(label), label);
-  if (node->kind == NODE_TEXT) PetscCall(CheckReal(scene, node, row->unit, row));
+  if (node->kind == NODE_TEXT) PetscCall(CheckReal(scene, node, NULL, row->unit, row));
   else if (node->kind == NODE_LIST) PetscCall(SceneFaultValue(scene, node, "%s is a list; write a value (%s), {table: [[0 s, 0], [1 ms, %s]]} or {ramp: {to: %s, over: 1 ms}}", label, UnitsExample(row->unit), UnitsExample(row->unit), UnitsExample(row->unit)));
   else {
     for (SceneNode child = node->first; child; child = child->next)
@@ -424,8 +427,11 @@ static PetscErrorCode CheckMissing(Scene scene, SceneNode node, const SceneKey *
       }
       if (child) chosen = child;
     } else if ((key->flags & SCENE_REQUIRED) && !child && !SceneKeyMisplaced(scene, node, key)) {
-      const char *name = SceneKeyName(key);
+      const SceneNode method = SceneNodeChild(BodyOf(node), "method");
 
+      const char     *name   = SceneKeyName(key);
+
+      if ((key->flags & SCENE_DEM) && !SceneNodeIs(method, "dem") && !SceneNodeIs(method, "coupled")) continue; /* method has its own fault */
       if (key->type == SCENE_REAL || key->type == SCENE_INT) PetscCall(SceneFaultKey(scene, node, "%s has no '%s'; add it, e.g. %s: %s", where, name, name, UnitsExample(key->unit)));
       else if (key->choices) {
         PetscCall(ChoiceWords(key, sizeof(words), words));
@@ -483,7 +489,7 @@ PetscErrorCode SceneCheckNode(Scene scene, SceneNode node, const SceneKey *row)
   }
   switch (row->type) {
   case SCENE_REAL:
-    PetscCall(CheckReal(scene, node, row->unit, row));
+    PetscCall(CheckReal(scene, node, NULL, row->unit, row));
     break;
   case SCENE_INT:
     PetscCall(CheckInt(scene, node, row));

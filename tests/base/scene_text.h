@@ -8,14 +8,14 @@
 
 static char folder[64]; /* made by SceneTextBegin */
 
-static int SceneTextBegin(void **state)
+static inline int SceneTextBegin(void **state)
 {
   (void)state;
   strcpy(folder, "/tmp/cleave-scene-XXXXXX");
   return !mkdtemp(folder);
 }
 
-static int SceneTextEnd(void **state)
+static inline int SceneTextEnd(void **state)
 {
   char command[128];
 
@@ -24,7 +24,7 @@ static int SceneTextEnd(void **state)
   return system(command);
 }
 
-static void SceneTextWrite(const char *name, const char *text, size_t length)
+static inline void SceneTextWrite(const char *name, const char *text, size_t length)
 {
   char  path[256];
   FILE *out;
@@ -36,7 +36,7 @@ static void SceneTextWrite(const char *name, const char *text, size_t length)
   fclose(out);
 }
 
-static PetscErrorCode SceneTextRead(const char *text, size_t length, PetscInt n, const char *const set[], Scene *scene)
+static inline PetscErrorCode SceneTextRead(const char *text, size_t length, PetscInt n, const char *const set[], Scene *scene)
 {
   char path[256];
 
