@@ -27,6 +27,8 @@ typedef struct {
 PetscErrorCode DemBodySearchCreate(const DemBody *body, PetscReal reach, PetscReal width, DemBodySearch *search);
 PetscErrorCode DemBodySearchDestroy(DemBodySearch *search);
 
+/* Outward unit normal of a boundary simplex. */
+void DemBodyNormal(PetscInt dim, const PetscReal *simplex, PetscReal n[3]);
 PetscBool DemBodySearchInside(const DemBodySearch *search, const PetscReal x[3]);
 /* Walls of a point inside the body within `reach`, nearest first; returns how many (at most DEM_MAX_WALLS). */
 PetscInt DemBodySearchWalls(const DemBodySearch *search, const PetscReal x[3], PetscReal reach, DemWall wall[DEM_MAX_WALLS]);

@@ -24,7 +24,7 @@ static int CompareRidges(const void *a, const void *b)
   return (r->simplex > s->simplex) - (r->simplex < s->simplex);
 }
 
-static void UnitNormal(PetscInt dim, const PetscReal *s, PetscReal n[3])
+void DemBodyNormal(PetscInt dim, const PetscReal *s, PetscReal n[3])
 {
   PetscReal len;
 
@@ -51,7 +51,7 @@ static PetscInt RidgeSign(const DemBody *body, const Ridge *s, const Ridge *t)
   const PetscReal *on = &a[3 * s->local], *far = &b[3 * ((t->local + dim - 1) % dim)];
   PetscReal        n[3], rise = 0, len = 0;
 
-  UnitNormal(dim, a, n);
+  DemBodyNormal(dim, a, n);
   for (PetscInt c = 0; c < 3; c++) {
     rise += n[c] * (far[c] - on[c]);
     len += PetscSqr(far[c] - on[c]);
@@ -126,7 +126,7 @@ static PetscInt NearestOnSimplex(PetscInt dim, const PetscReal *s, const PetscRe
     where = NearestOnSegment(s, s + 3, x, q);
     return where - 1;
   }
-  UnitNormal(3, s, n);
+  DemBodyNormal(3, s, n);
   for (PetscInt k = 0; k < 3; k++) {
     const PetscReal *a = &s[3 * k], *b = &s[3 * ((k + 1) % 3)], ab[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, ax[3] = {x[0] - a[0], x[1] - a[1], x[2] - a[2]};
 
@@ -300,7 +300,7 @@ PetscInt DemBodySearchWalls(const DemBodySearch *search, const PetscReal x[3], P
     for (PetscInt c = 0; c < 3; c++) inward[c] = x[c] - q[c];
     d = PetscSqrtReal(Dot(inward, inward));
     if (!(d > 0 && d < reach)) continue;
-    UnitNormal(dim, tri, out);
+    DemBodyNormal(dim, tri, out);
     height = -Dot(out, inward);
     flat   = height > (1 - 1e-9) * d ? PETSC_TRUE : PETSC_FALSE;
     if (!flat) {

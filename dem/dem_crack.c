@@ -156,7 +156,6 @@ static void Damage(DemModel model, PetscInt wide, PetscInt k, const PetscReal *c
       mode = DEM_BOND_SHEAR;
     }
   }
-  if (D <= old) return;
 
   PetscReal Y = A * (G * Dot3(bond->gap, bond->gap) / d + lambda / d * (ep * Dot3(bond->gap, bond->a) - eq * Dot3(bond->gap, bond->b)) +
                      lambda * lambda / (4 * G) * (ep * ep * bond->h + eq * eq * (d - bond->h)));
@@ -165,15 +164,20 @@ static void Damage(DemModel model, PetscInt wide, PetscInt k, const PetscReal *c
   if (normal < 0) { /* the broken part goes on carrying what is pressed shut */
     PetscReal slip[3], el = 0;
 
-    if (old == 0) ToParticle(model, wide, model->bonds.ip[k], copy, tangent, crack->slip + 3 * k);
+    if (old == 0 && D > 0) ToParticle(model, wide, model->bonds.ip[k], copy, tangent, crack->slip + 3 * k);
     ToSpace(model, wide, model->bonds.ip[k], copy, crack->slip + 3 * k, slip);
     for (PetscInt c = 0; c < 3; c++) el += PetscSqr(tangent[c] - slip[c]);
     Y -= A * G / d * (normal * normal + el);
   }
-  if (Y < 0) return;
+  Y = PetscMax(Y, 0);
+  /* The ledger's works are trapezoids; for a spring they then balance with the geometric mean of Y over the step, exactly. */
+  const PetscReal mean = crack->release[k] > 0 ? PetscSqrtReal(Y * crack->release[k]) : Y;
+
+  crack->release[k] = Y;
+  if (D <= old || Y == 0) return;
   if (old == 0) crack->time[k] = model->time;
   crack->state[k] |= mode;
-  crack->work[k] += Y * (D - old);
+  crack->work[k] += mean * (D - old);
   crack->damage[k] = D;
 }
 
@@ -391,6 +395,7 @@ static void BlockLook(DemModel model, PetscInt b)
       norm += (c < 3 ? 1 : 2) * s[c] * s[c];
     }
     norm            = PetscSqrtReal(norm);
+    if (!(crack->state[k] & DEM_BOND_WATCHED)) crack->release[k] = 0;
     crack->state[k] = 0;
     if (strength->tensile > 0) most = norm / strength->tensile;
     if (strength->shear > 0) most = PetscMax(most, norm / strength->shear);
@@ -463,7 +468,7 @@ PetscErrorCode DemSetUpCracks_Internal(DemModel model)
                  1e3 * (double)longest, 1e3 * (double)tension);
   BaseCheckInput(longest < shear, model->comm, "The particles are too far apart for the shear softening: the longest bond is %g mm, the curve allows %g mm (smaller particles, or a larger fracture_energy_shear)",
                  1e3 * (double)longest, 1e3 * (double)shear);
-  PetscCall(PetscCalloc6(m, &crack->damage, 3 * m, &crack->e, 3 * m, &crack->slip, m, &crack->work, m, &crack->rub, m, &crack->time));
+  PetscCall(PetscCalloc7(m, &crack->damage, 3 * m, &crack->e, 3 * m, &crack->slip, m, &crack->work, m, &crack->rub, m, &crack->time, m, &crack->release));
   PetscCall(PetscCalloc6(m, &crack->state, model->blocks.n_blocks, &crack->awake, 6 * n, &crack->stress, 6 * slots, &crack->slot_stress, slots, &crack->slot_v, n, &crack->volume));
   if (model->breakable)
     for (PetscInt k = 0; k < m; k++)
@@ -476,7 +481,7 @@ PetscErrorCode DemCracksDestroy_Internal(DemModel model)
   DemCrackState *crack = &model->crack;
 
   PetscFunctionBegin;
-  PetscCall(PetscFree6(crack->damage, crack->e, crack->slip, crack->work, crack->rub, crack->time));
+  PetscCall(PetscFree7(crack->damage, crack->e, crack->slip, crack->work, crack->rub, crack->time, crack->release));
   PetscCall(PetscFree6(crack->state, crack->awake, crack->stress, crack->slot_stress, crack->slot_v, crack->volume));
   PetscCall(PetscFree(crack->facet));
   for (PetscInt c = 0; c < 7; c++) PetscCall(PetscFree(crack->list[c]));

@@ -94,6 +94,7 @@ typedef struct {
   PetscReal     *e;      /* [n][3] opening direction, turns with particle p; frozen once D > 0 */
   PetscReal     *slip;   /* [n][3] slip of the closed, broken part; turns with p */
   PetscReal     *work;   /* [n] dissipated [J] */
+  PetscReal     *release; /* [n] energy release Y = -dE/dD a step ago [J] */
   PetscReal     *rub;    /* [n] friction [J] */
   PetscReal     *time;   /* [n] of first damage [s] */
   unsigned char *state;  /* [n] bit 0 watched, 1 tension broke it, 2 shear broke it, 7 may not break */

@@ -5,12 +5,14 @@
   sums over neighbours have a fixed order, so the result is the same bits for any number of threads. A wall is a
   neighbour whose gap is distance - r. The last sweeps keep the outermost spheres exactly tangent.
 */
+#include <stdlib.h>
 #include "dem_pack_impl.h"
 
 typedef struct {
   PetscReal near, far; /* a gap below near counts in full, beyond far not at all */
   PetscReal step, momentum, grow, hold;
   PetscReal wall_far; /* walls attract up to this gap */
+  PetscReal stiff;    /* an overlap counts 1 + (stiff gap)^2 fold */
   PetscReal touch;    /* a sphere nearer to a wall than (1 + touch) r is set against it */
 } Tune;
 
@@ -93,6 +95,7 @@ PetscErrorCode DemPackNeighbours(PetscInt dim, PetscInt n, const PetscReal *x, c
 
 static inline PetscReal Weight(const Tune *t, PetscReal gap, PetscReal far)
 {
+  if (gap < 0) return 1 + PetscSqr(t->stiff * gap);
   return gap <= t->near ? 1 : (gap >= far ? 0 : (far - gap) / (far - t->near));
 }
 
@@ -140,12 +143,15 @@ static PetscReal SetAgainstWalls(const DemBodySearch *search, PetscReal touch, P
 PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt iterations, PetscReal *x, PetscReal *r)
 {
   const PetscInt dim = search->body->dim;
-  Tune           t   = {.near = 0.15, .far = 0.35, .step = 0.5, .momentum = 0.5, .grow = 0.15, .hold = 0.15, .wall_far = 0.6, .touch = 0.35};
+  Tune           t   = {.near = 0.15, .far = 0.35, .step = 0.5, .momentum = 0.8, .grow = 0.1, .hold = 0.15, .wall_far = 1.0, .touch = 0.35, .stiff = 15};
   PetscReal     *y, *s, *v, *target;
   PetscInt      *start = NULL, *nbr = NULL;
   PetscBool     *outer;
 
   PetscFunctionBegin;
+  {
+#define T(a) if(getenv(#a)) t.a=atof(getenv(#a))
+  T(near);T(far);T(step);T(momentum);T(grow);T(hold);T(wall_far);T(touch);T(stiff);}
   if (iterations <= 0) iterations = 120;
   PetscCall(PetscMalloc1(3 * n, &y));
   PetscCall(PetscMalloc1(n, &s));

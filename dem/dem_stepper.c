@@ -225,6 +225,8 @@ static PetscErrorCode SaveCracks(DemModel model, Checkpoint c)
   PetscCall(CheckpointWriteReal(c, "dem/bond_fracture_work", m, crack->work));
   PetscCall(CheckpointWriteReal(c, "dem/bond_friction_work", m, crack->rub));
   PetscCall(CheckpointWriteReal(c, "dem/bond_time", m, crack->time));
+  PetscCall(CheckpointWriteReal(c, "dem/bond_release", m, crack->release));
+  PetscCall(CheckpointWriteReal(c, "dem/crack_stress", 6 * model->n, crack->stress));
   PetscCall(SaveBytes(c, "dem/bond_state", m, crack->state));
   PetscCall(SaveBytes(c, "dem/block_awake", model->blocks.n_blocks, crack->awake));
   PetscCall(CheckpointWriteInt(c, "dem/stress_steps", 1, &crack->steps));
@@ -243,6 +245,8 @@ static PetscErrorCode LoadCracks(DemModel model, Checkpoint c)
   PetscCall(CheckpointReadReal(c, "dem/bond_fracture_work", m, crack->work));
   PetscCall(CheckpointReadReal(c, "dem/bond_friction_work", m, crack->rub));
   PetscCall(CheckpointReadReal(c, "dem/bond_time", m, crack->time));
+  PetscCall(CheckpointReadReal(c, "dem/bond_release", m, crack->release));
+  PetscCall(CheckpointReadReal(c, "dem/crack_stress", 6 * model->n, crack->stress));
   PetscCall(LoadBytes(c, "dem/bond_state", m, crack->state));
   PetscCall(LoadBytes(c, "dem/block_awake", model->blocks.n_blocks, crack->awake));
   PetscCall(CheckpointReadInt(c, "dem/stress_steps", 1, &crack->steps));
