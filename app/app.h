@@ -18,7 +18,7 @@ typedef struct {
   PetscInt     threads, stop_after; /* 0: not given */
   PetscInt     n_set;
   const char **set; /* [n_set] "path=value" */
-  PetscBool    resume, quiet;
+  PetscBool    resume, quiet, no_plots;
   int          n_petsc;
   char       **petsc; /* [n_petsc + 1] program name and what follows "--" */
 } AppOptions;
@@ -174,4 +174,4 @@ PetscErrorCode AppInfo(const AppOptions *options, int *exit_code);
 PetscErrorCode AppNew(const AppOptions *options, int *exit_code);
 
 /* Run Python on one of our scripts; *ran is false, with a word on stderr, when that is impossible. Rank 0 only. */
-PetscErrorCode AppPython(const char *script, const char *argument, PetscBool *ran);
+PetscErrorCode AppPython(const char *script, const char *argument, PetscInt n, const char *const more[], PetscBool *ran);

@@ -36,6 +36,7 @@ static void Help(FILE *out)
                "  --resume             go on from the checkpoint in the output directory\n"
                "  --stop-after STEPS   stop, with a checkpoint, after so many steps\n"
                "  --quiet              no plan, no progress\n"
+               "  --no-plots           no pictures at the end\n"
                "  -- OPTIONS           the rest goes to PETSc: -- -log_view\n"
                "\nmpiexec -n 2 cleave run SCENE is the same run on two ranks. cleave --version names the libraries.\n"
                "exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted after a checkpoint\n");

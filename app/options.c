@@ -17,6 +17,7 @@ static const Option table[] = {
   {"--stop-after", "run", PETSC_TRUE},
   {"--resume", "run", PETSC_FALSE},
   {"--quiet", "run", PETSC_FALSE},
+  {"--no-plots", "run", PETSC_FALSE},
 };
 enum { N_OPTIONS = sizeof(table) / sizeof(table[0]) };
 
@@ -97,6 +98,7 @@ int AppOptionsRead(int argc, char **argv, AppOptions *o)
     else if (!strcmp(option->name, "--stop-after")) bad = Whole("--stop-after", value, &o->stop_after);
     else if (!strcmp(option->name, "--resume")) o->resume = PETSC_TRUE;
     else if (!strcmp(option->name, "--quiet")) o->quiet = PETSC_TRUE;
+    else if (!strcmp(option->name, "--no-plots")) o->no_plots = PETSC_TRUE;
     else if (!strchr(value, '=')) bad = Refuse("--set wants key=value, not", value, "for example --set time.end='2 ms'");
     else o->set[o->n_set++] = value;
     if (bad) return bad;

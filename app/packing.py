@@ -1,5 +1,4 @@
 """Picture of a packing: the middle section and the sizes.  python3 packing.py DIRECTORY  (reads packing.csv, writes packing.png)"""
-import csv
 import os
 import sys
 
@@ -11,14 +10,8 @@ from matplotlib.collections import EllipseCollection
 
 
 def read(path):
-    rows = []
     with open(path) as table:
-        for row in csv.reader(line for line in table if not line.startswith("#")):
-            try:
-                rows.append([float(word) for word in row])
-            except ValueError:
-                continue  # the header
-    return rows
+        return [[float(word) for word in line.replace(",", " ").split()] for line in table if not line.startswith("#")]
 
 
 def main(directory):

@@ -6,19 +6,25 @@
 
 extern char **environ;
 
-PetscErrorCode AppPython(const char *script, const char *argument, PetscBool *ran)
+PetscErrorCode AppPython(const char *script, const char *argument, PetscInt n, const char *const more[], PetscBool *ran)
 {
   char        path[PETSC_MAX_PATH_LEN];
   const char *home     = getenv("CLEAVE_HOME"); /* a source tree that has moved since the build */
-  char       *words[4] = {(char *)CLEAVE_PYTHON, path, (char *)argument, NULL};
+  char      **words;
   pid_t       child;
   int         status = -1;
 
   PetscFunctionBegin;
   *ran = PETSC_FALSE;
   PetscCall(BaseFormat(path, "%s/%s", home ? home : CLEAVE_SOURCE, script));
+  PetscCall(PetscCalloc1(n + 4, &words));
+  words[0] = (char *)CLEAVE_PYTHON;
+  words[1] = path;
+  words[2] = (char *)argument;
+  for (PetscInt k = 0; k < n; k++) words[3 + k] = (char *)more[k];
   fflush(stdout);
   if (!posix_spawnp(&child, CLEAVE_PYTHON, NULL, NULL, words, environ) && waitpid(child, &status, 0) == child && WIFEXITED(status) && !WEXITSTATUS(status)) *ran = PETSC_TRUE;
   else fprintf(stderr, "cleave: warning: %s could not run on '%s'; the pictures are missing, the results are whole\n", script, argument);
+  PetscCall(PetscFree(words));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -7,6 +7,8 @@
 #include <string.h>
 #include <unistd.h>
 
+enum { APP_PLOTS = 64 };
+
 PetscErrorCode AppOutputDirectory(const AppOptions *options, size_t size, char directory[])
 {
   char  full[PETSC_MAX_PATH_LEN], *slash, *dot;
@@ -130,15 +132,53 @@ static PetscErrorCode SetFieldNames(AppCase *c, Output output)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The scene's plots as plot.py takes them, one JSON object each. Names of columns hold neither quote nor backslash. */
+static PetscErrorCode PlotWords(AppCase *c, PetscInt *n, char *word[APP_PLOTS])
+{
+  PetscBool has;
+
+  PetscFunctionBegin;
+  *n = 0;
+  PetscCall(SceneHas(c->scene, "output.plots", &has));
+  if (has) PetscCall(SceneGetSize(c->scene, "output.plots", n));
+  *n = PetscMin(*n, APP_PLOTS);
+  for (PetscInt k = 0; k < *n; k++) {
+    const char *x, *y, *out;
+    char        path[64], file[256];
+
+    PetscCall(BaseFormat(path, "output.plots[%" PetscInt_FMT "].x", k));
+    PetscCall(SceneGetString(c->scene, path, &x));
+    PetscCall(BaseFormat(path, "output.plots[%" PetscInt_FMT "].y", k));
+    PetscCall(SceneGetString(c->scene, path, &y));
+    PetscCall(BaseFormat(path, "output.plots[%" PetscInt_FMT "].file", k));
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (has) {
+      PetscCall(SceneGetString(c->scene, path, &out));
+      PetscCall(PetscStrncpy(file, out, sizeof(file)));
+    } else {
+      PetscCall(BaseFormat(file, "%s-%s.png", y, x));
+      for (char *s = file; *s; s++)
+        if (strchr(" ()/\\\"", *s)) *s = '_';
+    }
+    PetscCall(PetscMalloc1(BASE_LINE, &word[k]));
+    PetscCall(PetscSNPrintf(word[k], BASE_LINE, "{\"kind\": \"history\", \"out\": \"%s\", \"x\": \"%s\", \"y\": [\"%s\"]}", file, x, y));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Plots(AppCase *c, const char *directory, AppEnd *end)
 {
   PetscBool ran = PETSC_FALSE;
+  PetscInt  n;
+  char     *word[APP_PLOTS];
 
   PetscFunctionBegin;
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AppClockBegin(&c->clock, "plots"));
-  PetscCall(AppPython("base/plot.py", directory, &ran));
-  if (!ran) PetscCall(PetscStrncpy(end->warning[end->n_warnings++], "no plots were made: python3 with matplotlib is missing or failed", sizeof(end->warning[0])));
+  PetscCall(PlotWords(c, &n, word));
+  PetscCall(AppPython("base/plot.py", directory, n, (const char *const *)word, &ran));
+  for (PetscInt k = 0; k < n; k++) PetscCall(PetscFree(word[k]));
+  if (!ran) PetscCall(PetscStrncpy(end->warning[end->n_warnings++], "plots are missing: see the messages of base/plot.py", sizeof(end->warning[0])));
   PetscCall(AppClockEnd(&c->clock));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -199,7 +239,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
     PetscCall(PetscStrncpy(end.message, BaseErrorMessage(), sizeof(end.message)));
   } else end.state = EndWord(options, &run, &end.exit_code);
   if (options->resume) PetscCall(SceneWriteResolved(c.scene, path));
-  PetscCall(Plots(&c, directory, &end));
+  if (!options->no_plots) PetscCall(Plots(&c, directory, &end));
   PetscCall(AppSummaryWrite(&c, &plan, &run, &end, directory));
   if (!options->quiet && !c.rank) printf("%s: results in %s\n", end.state, directory);
   *exit_code = end.exit_code;
