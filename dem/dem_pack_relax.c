@@ -5,8 +5,9 @@
   sums over neighbours have a fixed order, so the result is the same bits for any number of threads. A wall is a
   neighbour whose gap is distance - r. The last sweeps keep the outermost spheres exactly tangent.
 */
-#include <stdlib.h>
 #include "dem_pack_impl.h"
+
+#define SEAT_TOUCH 0.9 /* a sphere in a corner reaches this far for its walls */
 
 typedef struct {
   PetscReal near, far; /* a gap below near counts in full, beyond far not at all */
@@ -140,18 +141,31 @@ static PetscReal SetAgainstWalls(const DemBodySearch *search, PetscReal touch, P
   return miss;
 }
 
-PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt iterations, PetscReal *x, PetscReal *r)
+/* A sphere squeezed between walls gives way by its radius, as far as it may. */
+static PetscErrorCode CheckWalls(const DemBodySearch *search, PetscInt n, const PetscReal *target, const PetscReal *x, PetscReal *r)
+{
+  PetscFunctionBegin;
+  for (PetscInt p = 0; p < n; p++) {
+    DemWall wall[DEM_MAX_WALLS];
+
+    if (!DemBodySearchWalls(search, &x[3 * p], r[p], wall) || wall[0].distance > r[p] * (1 - 1e-9)) continue;
+    BaseCheckInput(wall[0].distance >= 0.5 * target[p], PETSC_COMM_SELF,
+                   "The body is narrower at (%g, %g, %g) m than a particle of radius %g m that must lie there; ask for smaller particles", (double)x[3 * p],
+                   (double)x[3 * p + 1], (double)x[3 * p + 2], (double)r[p]);
+    r[p] = wall[0].distance;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt iterations, const PetscBool *seated, PetscReal *x, PetscReal *r)
 {
   const PetscInt dim = search->body->dim;
-  Tune           t   = {.near = 0.15, .far = 0.35, .step = 0.5, .momentum = 0.8, .grow = 0.1, .hold = 0.15, .wall_far = 1.0, .touch = 0.35, .stiff = 15};
+  const Tune     t   = {.near = 0.15, .far = 0.35, .step = 0.5, .momentum = 0.8, .grow = 0.1, .hold = 0.15, .wall_far = 1.0, .touch = 0.35, .stiff = 15};
   PetscReal     *y, *s, *v, *target;
   PetscInt      *start = NULL, *nbr = NULL;
   PetscBool     *outer;
 
   PetscFunctionBegin;
-  {
-#define T(a) if(getenv(#a)) t.a=atof(getenv(#a))
-  T(near);T(far);T(step);T(momentum);T(grow);T(hold);T(wall_far);T(touch);T(stiff);}
   if (iterations <= 0) iterations = 120;
   PetscCall(PetscMalloc1(3 * n, &y));
   PetscCall(PetscMalloc1(n, &s));
@@ -211,22 +225,24 @@ PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal r
     for (PetscInt p = 0; p < n; p++) s[p] *= radius * n / sum;
 #pragma omp parallel for schedule(static)
     for (PetscInt p = 0; p < n; p++) {
-      for (PetscInt c = 0; c < 3; c++) x[3 * p + c] = y[3 * p + c];
       r[p] = s[p];
-      if (rigid && outer[p]) {
-        SetAgainstWalls(search, t.touch, &x[3 * p], r[p]);
-      } else if (outer[p]) {
+      if (outer[p] && (rigid || seated[p])) {
+        SetAgainstWalls(search, seated[p] ? SEAT_TOUCH : t.touch, &y[3 * p], r[p]);
+      } else if (outer[p]) { /* springs hold the rest; none comes nearer than half a radius */
         DemWall        wall[DEM_MAX_WALLS];
-        const PetscInt m = DemBodySearchWalls(search, &x[3 * p], 0.5 * r[p], wall);
+        const PetscInt m = DemBodySearchWalls(search, &y[3 * p], 0.5 * r[p], wall);
 
         for (PetscInt k = 0; k < m; k++)
-          for (PetscInt c = 0; c < 3; c++) x[3 * p + c] += (0.5 * r[p] - wall[k].distance) * wall[k].inward[c];
+          for (PetscInt c = 0; c < 3; c++) y[3 * p + c] += (0.5 * r[p] - wall[k].distance) * wall[k].inward[c];
       }
-      if (!DemBodySearchInside(search, &x[3 * p])) { /* a step too long beside a thin part: stay */
+      if (outer[p] && !DemBodySearchInside(search, &y[3 * p])) { /* a thin part: stay, try again from rest */
         for (PetscInt c = 0; c < 3; c++) v[3 * p + c] = 0;
+      } else {
+        for (PetscInt c = 0; c < 3; c++) x[3 * p + c] = y[3 * p + c];
       }
     }
   }
+  PetscCall(CheckWalls(search, n, target, x, r));
   PetscCall(PetscFree(start));
   PetscCall(PetscFree(nbr));
   PetscCall(PetscFree(y));

@@ -225,17 +225,16 @@ static PetscBool CornerSeat(const DemBodySearch *search, PetscInt n, const Incid
 }
 
 /* Every sharp corner gets the sphere that is nearest to its seat; relaxation alone leaves one in ten empty. */
-static PetscErrorCode SeatCorners(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscReal *x)
+static PetscErrorCode SeatCorners(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscReal *x, PetscBool *taken)
 {
   const DemBody *body = search->body;
   const PetscInt m    = body->dim * body->n_simplices;
   Incidence     *all;
-  PetscBool     *taken;
   PetscInt       seated = 0;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(m, &all));
-  PetscCall(PetscCalloc1(n, &taken));
+  PetscCall(PetscArrayzero(taken, n));
   for (PetscInt k = 0; k < m; k++) all[k] = (Incidence){.node = body->simplex_node[k], .simplex = k / body->dim, .local = k % body->dim};
   qsort(all, m, sizeof(*all), CompareIncidences);
   for (PetscInt k = 0, w; k < m && seated < MAX_CORNERS; k += w) {
@@ -258,11 +257,10 @@ static PetscErrorCode SeatCorners(const DemBodySearch *search, PetscInt n, Petsc
     for (PetscInt c = 0; c < 3; c++) x[3 * nearest + c] = seat[c];
   }
   PetscCall(PetscFree(all));
-  PetscCall(PetscFree(taken));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt seed, PetscReal *x)
+PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt seed, PetscReal *x, PetscBool *seated)
 {
   const DemBody *body = search->body;
   const PetscInt dim  = body->dim;
@@ -317,6 +315,6 @@ PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal r
       break;
     }
   }
-  PetscCall(SeatCorners(search, n, radius, x));
+  PetscCall(SeatCorners(search, n, radius, x, seated));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

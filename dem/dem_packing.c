@@ -4,7 +4,6 @@
   The sum of sphere volumes over the body's is `filling`; with it the number follows from the mean radius or the radius
   from the number. Near a wall there is less room for spheres: a layer of WALL_LOSS radii under the surface is left out of the count.
 */
-#include <stdlib.h>
 #include "dem_pack_impl.h"
 
 #define FILLING_3D 0.80
@@ -14,16 +13,16 @@
 PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *options, DemPacking *packing)
 {
   const PetscInt  dim = body->dim;
-  PetscReal filling = dim == 2 ? FILLING_2D : FILLING_3D;
+  const PetscReal filling = dim == 2 ? FILLING_2D : FILLING_3D;
   const PetscReal spread = options->spread, volume = DemBodyVolume(body) / body->thickness;
   /* mean of (r/mean)^dim over a uniform distribution of half width `spread` */
   const PetscReal one = dim == 2 ? PETSC_PI * (1 + spread * spread / 3) : 4 * PETSC_PI / 3 * (1 + spread * spread);
   PetscReal       surface = 0, radius = options->radius, sum = 0;
   DemBodySearch   search;
   PetscInt        n;
+  PetscBool      *seated;
 
   PetscFunctionBegin;
-  if(getenv("filling"))filling=atof(getenv("filling"));
   PetscCall(PetscMemzero(packing, sizeof(*packing)));
   BaseCheckInput(spread >= 0 && spread <= 0.6, PETSC_COMM_SELF, "The spread of radii is %g; between 0 and 0.6 (spread)", (double)spread);
   BaseCheckInput((radius > 0) != (options->count > 0) && !PetscIsInfOrNanReal(radius), PETSC_COMM_SELF,
@@ -54,11 +53,13 @@ PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *op
   packing->n = n;
   PetscCall(PetscMalloc1(3 * n, &packing->x));
   PetscCall(PetscMalloc1(n, &packing->r));
+  PetscCall(PetscMalloc1(n, &seated));
   for (PetscInt p = 0; p < n; p++) sum += packing->r[p] = 1 + spread * (2 * DemPackRandom(options->seed, 0, p) - 1);
   for (PetscInt p = 0; p < n; p++) packing->r[p] *= radius * n / sum;
   PetscCall(DemBodySearchCreate(body, 3 * radius * (1 + spread), 2 * radius, &search));
-  PetscCall(DemPackStart(&search, n, radius, options->seed, packing->x));
-  PetscCall(DemPackRelax(&search, n, radius, options->iterations, packing->x, packing->r));
+  PetscCall(DemPackStart(&search, n, radius, options->seed, packing->x, seated));
+  PetscCall(DemPackRelax(&search, n, radius, options->iterations, seated, packing->x, packing->r));
+  PetscCall(PetscFree(seated));
   PetscCall(DemBodySearchDestroy(&search));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
