@@ -591,6 +591,7 @@ static PetscBool IsIdle(SceneNode parent, const SceneKey *row)
 
   if (!strcmp(name, "length_unit")) return (PetscBool)(SceneNodeChild(parent, "geometry") && SceneNodeChild(parent, "geometry")->kind == NODE_MAP);
   if (!strcmp(name, "spread") || !strcmp(name, "seed")) return (PetscBool)(SceneNodeChild(parent, "file") != NULL);
+  if (!strcmp(name, "softening") || !strncmp(name, "mu_", 3)) return (PetscBool)!SceneNodeIs(SceneNodeChild(parent, "law"), "cohesive");
   return PETSC_FALSE;
 }
 

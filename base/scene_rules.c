@@ -129,6 +129,24 @@ static PetscErrorCode CheckBody(Scene scene, SceneNode body)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A breaking law and its numbers go together. */
+static PetscErrorCode CheckStrength(Scene scene, SceneNode material)
+{
+  static const char *const numbers[] = {"tensile_strength", "fracture_energy", "shear_strength", "fracture_energy_shear", "mu_static", "mu_dynamic", "softening"};
+  const SceneNode          law = SceneNodeChild(material, "law"), shear = SceneNodeChild(material, "shear_strength"), shear_energy = SceneNodeChild(material, "fracture_energy_shear");
+  const PetscBool          breaks = SceneNodeIs(law, "cohesive");
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < 7; k++) {
+    const SceneNode number = SceneNodeChild(material, numbers[k]);
+
+    if (breaks && k < 2 && !number) PetscCall(SceneFaultKey(scene, law, "law: cohesive needs %s; add it, e.g. %s: %s", numbers[k], numbers[k], k ? "143 J/m2" : "3 MPa"));
+    if (!breaks && number && number->row && !(number->row->flags & SCENE_LATER)) PetscCall(SceneFaultKey(scene, number, "%s acts with law: cohesive only; add that or take it out", numbers[k]));
+  }
+  if (breaks && !shear != !shear_energy) PetscCall(SceneFaultKey(scene, shear ? shear : shear_energy, "shear_strength and fracture_energy_shear go together; give both or neither"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- groups ---- */
 
 /*
@@ -314,9 +332,22 @@ static PetscErrorCode CheckQuantity(Scene scene, SceneNode node)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Fields that only one method has; asked of the other they would be missing in silence. */
+static PetscErrorCode CheckField(Scene scene, SceneNode node, SceneNode bodies)
+{
+  const PetscBool of_dem = (PetscBool)(SceneNodeIs(node, "rotation") || SceneNodeIs(node, "damage")), of_fem = SceneNodeIs(node, "reaction");
+
+  PetscFunctionBegin;
+  if (!(of_dem || of_fem) || !bodies || bodies->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
+  for (SceneNode body = bodies->first; body; body = body->next)
+    if (!SceneNodeIs(SceneNodeChild(body, "method"), of_dem ? "fem" : "dem")) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SceneFaultValue(scene, node, "field %s belongs to method: %s, and no body has it; take it out", node->text, of_dem ? "dem" : "fem"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SceneRules(Scene scene)
 {
-  const SceneNode root = scene->root, bodies = SceneNodeChild(root, "bodies"), conditions = SceneNodeChild(root, "conditions"), quantities = SceneNodeChild(SceneNodeChild(SceneNodeChild(root, "output"), "history"), "quantities");
+  const SceneNode root = scene->root, bodies = SceneNodeChild(root, "bodies"), materials = SceneNodeChild(root, "materials"), fields = SceneNodeChild(SceneNodeChild(SceneNodeChild(root, "output"), "fields"), "names"), conditions = SceneNodeChild(root, "conditions"), quantities = SceneNodeChild(SceneNodeChild(SceneNodeChild(root, "output"), "history"), "quantities");
   PetscInt        i = 0;
 
   PetscFunctionBegin;
@@ -325,6 +356,12 @@ PetscErrorCode SceneRules(Scene scene)
   if (conditions && conditions->kind == NODE_LIST)
     for (SceneNode condition = conditions->first; condition; condition = condition->next) PetscCall(CheckCondition(scene, condition, i++));
   PetscCall(CheckTools(scene, SceneNodeChild(root, "tools"), bodies));
+  if (materials && materials->kind == NODE_MAP)
+    for (SceneNode material = materials->first; material; material = material->next) PetscCall(CheckStrength(scene, material));
+  if (fields) {
+    PetscCall(CheckField(scene, fields, bodies));
+    for (SceneNode item = fields->first; item; item = item->next) PetscCall(CheckField(scene, item, bodies));
+  }
   if (quantities) {
     if (quantities->kind == NODE_TEXT) PetscCall(CheckQuantity(scene, quantities));
     for (SceneNode item = quantities->first; item; item = item->next) PetscCall(CheckQuantity(scene, item));

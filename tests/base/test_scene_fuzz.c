@@ -81,7 +81,7 @@ static PetscErrorCode TestSwappedBytes(void)
   char               text[4096];
 
   PetscFunctionBeginUser;
-  for (int trial = 0; trial < 4000; trial++) {
+  for (int trial = 0; trial < 2500; trial++) {
     const char  *scene = scenes[trial % 2];
     const size_t n     = strlen(scene);
     const int    times = 1 + (int)(Random(&state) % 3);
