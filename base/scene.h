@@ -24,7 +24,8 @@ PetscErrorCode SceneDestroy(Scene *scene);
 PetscErrorCode SceneHas(Scene scene, const char *path, PetscBool *has); /* the user wrote this key */
 
 /* Values in SI, the table's default when the user wrote none; PETSC_ERR_ARG_WRONG for a path the table does not know
-   (a programming error), PETSC_ERR_USER_INPUT where a value without default is missing. */
+   (a programming error), PETSC_ERR_USER_INPUT where a value without default is missing. `auto` is 0 for numbers.
+   A vector of a 2D scene has two components; SceneGetVector fills the rest of n with 0. */
 PetscErrorCode SceneGetReal(Scene scene, const char *path, PetscReal *value);
 PetscErrorCode SceneGetInt(Scene scene, const char *path, PetscInt *value);
 PetscErrorCode SceneGetBool(Scene scene, const char *path, PetscBool *value);

@@ -52,14 +52,14 @@ static void Join(PetscInt n, const char *const words[], size_t size, char text[]
   for (PetscInt k = 0; k < n && used < size; k++) used += (size_t)snprintf(text + used, size - used, "%s%s", k ? ", " : "", words[k]);
 }
 
-/* "did you mean 'young'?" or "allowed: a, b, c" */
+/* "did you mean 'young'?", else "allowed: a, b, c" */
 static void Suggest(const char *word, PetscInt n, const char *const words[], size_t size, char text[])
 {
   const char *nearest = BaseNearest(word, n, words);
   char        all[BASE_LINE / 2];
 
   Join(n, words, sizeof(all), all);
-  if (nearest) snprintf(text, size, "did you mean '%s'? allowed: %s", nearest, all);
+  if (nearest) snprintf(text, size, "did you mean '%s'?", nearest);
   else snprintf(text, size, "allowed: %s", all);
 }
 
@@ -452,7 +452,8 @@ static PetscErrorCode CheckMap(Scene scene, SceneNode node, const SceneKey *row)
 
   PetscFunctionBegin;
   SceneNodePath(node, sizeof(where), where);
-  for (const SceneKey *key = SceneKeyNext(row, NULL); key && n < WORDS; key = SceneKeyNext(row, key)) list[n++] = SceneKeyName(key);
+  for (const SceneKey *key = SceneKeyNext(row, NULL); key && n < WORDS; key = SceneKeyNext(row, key))
+    if (!(key->flags & SCENE_LATER) || (row->flags & SCENE_LATER)) list[n++] = SceneKeyName(key);
   for (SceneNode child = node->first; child; child = child->next) {
     const SceneKey *key = SceneKeyChild(row, child->key);
     const char     *misplaced;
@@ -557,74 +558,4 @@ PetscErrorCode SceneCheck(Scene scene)
   scene->is_static = !method || SceneNodeIs(method, "explicit") ? 0 : SceneNodeIs(method, "static") ? 1 : -1;
   PetscCall(SceneCheckNode(scene, scene->root, SceneKeyRow(0)));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* ---- defaults ---- */
-
-static void MarkDefault(SceneNode node)
-{
-  node->source = SOURCE_DEFAULT;
-  node->line = node->column = node->key_line = node->key_column = 0;
-  for (SceneNode child = node->first; child; child = child->next) MarkDefault(child);
-}
-
-/* A new node that holds the row's default, under the given key. */
-PetscErrorCode SceneDefaultNode(Scene scene, const SceneKey *row, SceneNode parent, SceneNode *node)
-{
-  char text[256];
-
-  PetscFunctionBegin;
-  SceneKeyDefault(row, scene->dimension, sizeof(text), text);
-  PetscCall(SceneParse(scene, text, strlen(text), NULL, node));
-  PetscCheck(*node, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Default '%s' of key %s is not YAML", text, row->path);
-  PetscCall(PetscStrallocpy(SceneKeyName(row), &(*node)->key));
-  SceneNodeAppend(parent, *node);
-  MarkDefault(*node);
-  PetscCall(SceneCheckNode(scene, *node, row));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A default that means nothing beside what the user chose. */
-static PetscBool IsIdle(SceneNode parent, const SceneKey *row)
-{
-  const char *name = SceneKeyName(row);
-
-  if (!strcmp(name, "length_unit")) return (PetscBool)(SceneNodeChild(parent, "geometry") && SceneNodeChild(parent, "geometry")->kind == NODE_MAP);
-  if (!strcmp(name, "spread") || !strcmp(name, "seed")) return (PetscBool)(SceneNodeChild(parent, "file") != NULL);
-  if (!strcmp(name, "softening") || !strncmp(name, "mu_", 3)) return (PetscBool)!SceneNodeIs(SceneNodeChild(parent, "law"), "cohesive");
-  return PETSC_FALSE;
-}
-
-static PetscErrorCode FillMap(Scene scene, SceneNode node)
-{
-  PetscFunctionBegin;
-  for (const SceneKey *row = SceneKeyNext(node->row, NULL); row; row = SceneKeyNext(node->row, row)) {
-    SceneNode child = SceneNodeChild(node, SceneKeyName(row));
-
-    if (child || (row->flags & (SCENE_LATER | SCENE_ONE_OF)) || SceneKeyMisplaced(scene, node, row)) continue;
-    if (row->flags & SCENE_FILL) {
-      PetscCall(SceneNodeCreate(NODE_MAP, NULL, &child));
-      PetscCall(PetscStrallocpy(SceneKeyName(row), &child->key));
-      child->row    = row;
-      child->good   = PETSC_TRUE;
-      child->source = SOURCE_DEFAULT;
-      SceneNodeAppend(node, child);
-    } else if (row->preset && !IsIdle(node, row)) PetscCall(SceneDefaultNode(scene, row, node, &child));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Recursion is bounded by the table's depth. */
-static PetscErrorCode FillNode(Scene scene, SceneNode node)
-{
-  PetscFunctionBegin;
-  if (!node->row || node->kind == NODE_TEXT || (node->row->type != SCENE_MAP && node->row->type != SCENE_NAMES && node->row->type != SCENE_ITEMS)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (node->row->type == SCENE_MAP) PetscCall(FillMap(scene, node));
-  for (SceneNode child = node->first; child; child = child->next) PetscCall(FillNode(scene, child));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode SceneFill(Scene scene)
-{
-  return FillNode(scene, scene->root);
 }

@@ -2,7 +2,7 @@
   scene_impl.h - what the scene_*.c files share: the table's rows, the tree, the fault list.
 
   scene_read.c makes the tree from text, scene_check.c holds it against the table (scene_keys.c), scene_rules.c asks
-  what no single key can know, scene_values.c answers getters, scene_write.c prints.
+  what no single key can know, scene_defaults.c fills in, scene_values.c answers getters, scene_write.c prints.
 */
 #pragma once
 #include "scene.h"
