@@ -40,9 +40,12 @@ typedef struct {
   PetscReal        *row; /* [2 + n_history + LEDGER_TERMS + 1] */
 } Run;
 
-/* ---- signals: the first asks for a checkpoint, the second kills ---- */
+/* ---- signals: the first asks for a checkpoint, a second SIGINT or SIGTERM kills. mpiexec hands SIGUSR1 on at once. ---- */
 
+static const int             watched[] = {SIGINT, SIGTERM, SIGUSR1};
 static volatile sig_atomic_t stop_asked;
+
+#define WATCHED ((int)(sizeof(watched) / sizeof(watched[0])))
 
 static void AskToStop(int number)
 {
@@ -51,7 +54,7 @@ static void AskToStop(int number)
   signal(SIGTERM, SIG_DFL);
 }
 
-static void WatchSignals(struct sigaction old[2])
+static void WatchSignals(struct sigaction old[WATCHED])
 {
   struct sigaction watch;
 
@@ -59,14 +62,12 @@ static void WatchSignals(struct sigaction old[2])
   watch.sa_handler = AskToStop;
   watch.sa_flags   = SA_RESTART; /* a write under way goes on */
   stop_asked       = 0;
-  sigaction(SIGINT, &watch, &old[0]);
-  sigaction(SIGTERM, &watch, &old[1]);
+  for (int k = 0; k < WATCHED; k++) sigaction(watched[k], &watch, &old[k]);
 }
 
-static void UnwatchSignals(const struct sigaction old[2])
+static void UnwatchSignals(const struct sigaction old[WATCHED])
 {
-  sigaction(SIGINT, &old[0], NULL);
-  sigaction(SIGTERM, &old[1], NULL);
+  for (int k = 0; k < WATCHED; k++) sigaction(watched[k], &old[k], NULL);
 }
 
 /* ---- the schedule ---- */
@@ -482,7 +483,7 @@ static PetscErrorCode Start(Run *run)
 PetscErrorCode RunLoop(MPI_Comm comm, const Stepper *stepper, const RunOptions *options, Output output, RunSummary *summary)
 {
   Run              run = {.comm = comm, .stepper = stepper, .options = options, .output = output, .sum = summary};
-  struct sigaction old[2];
+  struct sigaction old[WATCHED];
   PetscLogDouble   start, end;
   PetscErrorCode   code;
 

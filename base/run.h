@@ -57,7 +57,7 @@ typedef struct {
 } RunSummary;
 
 /*
-  RunLoop - advance until end, Ctrl-C (SIGINT, SIGTERM), failure or max_steps
+  RunLoop - advance until end, Ctrl-C (SIGINT, SIGTERM; SIGUSR1 means the same), failure or max_steps
 
   The history gets time[s], step[-], the stepper's quantities, energy.*[J] and ledger_error[-]; the checkpoint is DIR/checkpoint.h5.
   resume goes on from it: everything it finds there must be this scene's (PETSC_ERR_USER_INPUT otherwise). Call after OutputCreate() with

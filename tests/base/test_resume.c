@@ -248,12 +248,12 @@ static void RemoveIndex(const char *directory)
 
 static PetscErrorCode TestCtrlC(void)
 {
-  static const int numbers[] = {SIGINT, SIGTERM};
+  static const int numbers[] = {SIGINT, SIGTERM, SIGUSR1};
   RunSummary       s;
 
   PetscFunctionBeginUser;
   PetscCall(RunWhole("test_resume.whole", &plain));
-  for (int k = 0; k < 2; k++) {
+  for (int k = 0; k < 3; k++) {
     pid_t child;
     int   status;
 
