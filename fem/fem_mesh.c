@@ -1,10 +1,10 @@
 /*
   fem_mesh.c - from the mesh on rank 0 to flat arrays on every rank, through a DMPlex.
 
-  The DMPlex holds cells and vertices only (linear elements have nothing on edges and sides). Each named group becomes a
-  label: 1 on its vertices whatever its dimension, 1 on its cells when it is a part of the body, and on a cell whose
-  sides belong to it the set of those sides as bits. PETSc partitions (PT-Scotch), adds the overlap and moves the labels;
-  the arrays are extracted once and the DMPlex is dropped.
+  Each named group becomes a label: 1 on its vertices whatever its dimension, 1 on its cells when it is a part of the body,
+  and on a cell whose sides belong to it the set of those sides as bits. PETSc partitions (PT-Scotch), adds the overlap and
+  moves the labels; the arrays are extracted once and the DMPlex is dropped. The partitioner needs edges and sides
+  as points, so they are made on more than one rank; elements take their nodes, in gmsh's order, from rank 0's list.
 */
 #include "fem_impl.h"
 
@@ -68,6 +68,13 @@ static PetscErrorCode BuildPlex(FemModel model, const FemBody *body, DM *plex)
   }
   PetscCall(DMPlexSymmetrize(dm));
   PetscCall(DMPlexStratify(dm));
+  if (model->size > 1) {
+    DM whole;
+
+    PetscCall(DMPlexInterpolate(dm, &whole)); /* cells and vertices keep their numbers; sides and edges come after */
+    PetscCall(DMDestroy(&dm));
+    dm = whole;
+  }
   *plex = dm;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -122,22 +129,70 @@ static PetscErrorCode LabelGroups(FemModel model, const Mesh *mesh, const FemBod
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Number of each local point before distribution: cells, then vertices. */
-static PetscErrorCode OriginalPoints(DM before, DM after, PetscSF moved, PetscInt **original)
+/* A number for each point of the plex on rank 0, carried to the points after distribution. */
+static PetscErrorCode Carry(DM after, PetscSF moved, PetscInt *root, PetscInt *leaf)
 {
-  PetscInt end_before, end, *root;
+  PetscInt end;
+
+  PetscFunctionBegin;
+  if (moved) {
+    PetscCall(PetscSFBcastBegin(moved, MPIU_INT, root, leaf, MPI_REPLACE));
+    PetscCall(PetscSFBcastEnd(moved, MPIU_INT, root, leaf, MPI_REPLACE));
+  } else {
+    PetscCall(DMPlexGetChart(after, NULL, &end));
+    PetscCall(PetscArraycpy(leaf, root, end));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the extraction needs to know of the local cells and vertices, points [0, end). */
+typedef struct {
+  PetscInt  cell_end, end;
+  PetscInt *original; /* number before distribution: cells, then vertices */
+  PetscInt *corner;   /* [cell_end][FEM_MAX_NODES] local points, -1 after the last */
+  PetscInt *leaf;     /* [end] 1 = owned elsewhere */
+  PetscInt *local;    /* [end] our number of the element or node, -1 = dropped */
+} Points;
+
+static PetscErrorCode CreatePoints(const FemBody *body, DM before, DM after, PetscSF moved, Points *pt)
+{
+  PetscInt end_before, end, vertex_start, vertex_end, cell_start, vertices, at, *root, *leaf, *key, *point; /* key: original vertices, sorted; point: where they are */
 
   PetscFunctionBegin;
   PetscCall(DMPlexGetChart(before, NULL, &end_before));
   PetscCall(DMPlexGetChart(after, NULL, &end));
-  PetscCall(PetscMalloc1(end, original));
-  PetscCall(PetscMalloc1(end_before, &root));
+  PetscCall(DMPlexGetHeightStratum(after, 0, &cell_start, &pt->cell_end));
+  PetscCall(DMPlexGetDepthStratum(after, 0, &vertex_start, &vertex_end));
+  if (end == 0) cell_start = pt->cell_end = vertex_start = vertex_end = 0; /* this rank got nothing */
+  PetscCheck(cell_start == 0 && vertex_start == pt->cell_end, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Cells and vertices are not the first points of the plex");
+  pt->end = vertex_end;
+  PetscCall(PetscMalloc2(end_before, &root, end, &leaf));
+  PetscCall(PetscMalloc1(end, &pt->original));
   for (PetscInt p = 0; p < end_before; p++) root[p] = p;
-  if (moved) {
-    PetscCall(PetscSFBcastBegin(moved, MPIU_INT, root, *original, MPI_REPLACE));
-    PetscCall(PetscSFBcastEnd(moved, MPIU_INT, root, *original, MPI_REPLACE));
-  } else PetscCall(PetscArraycpy(*original, root, end));
-  PetscCall(PetscFree(root));
+  PetscCall(Carry(after, moved, root, pt->original));
+  vertices = pt->end - pt->cell_end;
+  PetscCall(PetscMalloc2(vertices, &key, vertices, &point));
+  for (PetscInt k = 0; k < vertices; k++) {
+    point[k] = pt->cell_end + k;
+    key[k]   = pt->original[point[k]];
+  }
+  PetscCall(PetscSortIntWithArray(vertices, key, point));
+  PetscCall(PetscMalloc1(pt->cell_end * FEM_MAX_NODES, &pt->corner));
+  for (PetscInt a = 0; a < FEM_MAX_NODES; a++) {
+    for (PetscInt p = 0; p < end_before; p++) root[p] = -1;
+    for (PetscInt c = 0; c < body->n_cells; c++)
+      if (a < body->start[c + 1] - body->start[c]) root[c] = body->n_cells + body->node[body->start[c] + a];
+    PetscCall(Carry(after, moved, root, leaf));
+    for (PetscInt c = 0; c < pt->cell_end; c++) {
+      pt->corner[c * FEM_MAX_NODES + a] = -1;
+      if (leaf[c] < 0) continue;
+      PetscCall(PetscFindInt(leaf[c], vertices, key, &at));
+      PetscCheck(at >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "An element came without one of its nodes");
+      pt->corner[c * FEM_MAX_NODES + a] = point[at];
+    }
+  }
+  PetscCall(PetscFree2(key, point));
+  PetscCall(PetscFree2(root, leaf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -179,18 +234,10 @@ static PetscErrorCode HomeSF(FemModel model, PetscInt N, PetscInt n, const Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the extraction needs to know of each local point. */
-typedef struct {
-  PetscInt  cell_end, end;
-  PetscInt *original; /* [end] */
-  PetscInt *leaf;     /* [end] 1 = owned elsewhere */
-  PetscInt *local;    /* [end] our number of the element or node, -1 = dropped */
-} Points;
-
 static PetscErrorCode GhostSF(FemModel model, DM dm, const Points *pt)
 {
   PetscSF            point_sf;
-  PetscInt           n_leaves, n_ghosts = 0, *owner, *slot;
+  PetscInt           n_leaves, n_ghosts = 0, end, *owner, *slot;
   const PetscInt    *leaf;
   const PetscSFNode *root;
   PetscSFNode       *remote;
@@ -198,8 +245,9 @@ static PetscErrorCode GhostSF(FemModel model, DM dm, const Points *pt)
   PetscFunctionBegin;
   PetscCall(DMGetPointSF(dm, &point_sf));
   PetscCall(PetscSFGetGraph(point_sf, NULL, &n_leaves, &leaf, &root));
-  PetscCall(PetscMalloc1(pt->end, &owner));
-  for (PetscInt p = 0; p < pt->end; p++) owner[p] = pt->leaf[p] ? -1 : pt->local[p];
+  PetscCall(DMPlexGetChart(dm, NULL, &end));
+  PetscCall(PetscMalloc1(end, &owner));
+  for (PetscInt p = 0; p < end; p++) owner[p] = p >= pt->end || pt->leaf[p] ? -1 : pt->local[p];
   PetscCall(PetscSFBcastBegin(point_sf, MPIU_INT, owner, owner, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(point_sf, MPIU_INT, owner, owner, MPI_REPLACE));
   PetscCall(PetscMalloc1(model->n_loc - model->n_own, &remote));
@@ -207,7 +255,7 @@ static PetscErrorCode GhostSF(FemModel model, DM dm, const Points *pt)
   for (PetscInt k = 0; k < n_leaves; k++) {
     const PetscInt p = leaf ? leaf[k] : k;
 
-    if (p < pt->cell_end || pt->local[p] < 0) continue;
+    if (p < pt->cell_end || p >= pt->end || pt->local[p] < 0) continue;
     PetscCheck(owner[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "A ghost node has no owner");
     slot[n_ghosts]         = pt->local[p];
     remote[n_ghosts].rank  = root[k].rank;
@@ -220,6 +268,14 @@ static PetscErrorCode GhostSF(FemModel model, DM dm, const Points *pt)
   PetscCall(PetscSFSetGraph(model->ghosts, model->n_own, n_ghosts, slot, PETSC_OWN_POINTER, remote, PETSC_OWN_POINTER));
   PetscCall(PetscSFSetUp(model->ghosts));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscInt CornerCount(const PetscInt corner[])
+{
+  PetscInt n = 0;
+
+  while (n < FEM_MAX_NODES && corner[n] >= 0) n++;
+  return n;
 }
 
 /* Elements and nodes of this rank: what it owns, and what its rows need. */
@@ -236,19 +292,17 @@ static PetscErrorCode ExtractPoints(FemModel model, DM dm, Points *pt)
   for (PetscInt p = 0; p < pt->end; p++) pt->local[p] = -1;
   PetscCall(DMGetPointSF(dm, &point_sf));
   PetscCall(PetscSFGetGraph(point_sf, NULL, &n_leaves, &leaf, NULL));
-  for (PetscInt k = 0; k < n_leaves; k++) pt->leaf[leaf ? leaf[k] : k] = 1;
+  for (PetscInt k = 0; k < n_leaves; k++)
+    if ((leaf ? leaf[k] : k) < pt->end) pt->leaf[leaf ? leaf[k] : k] = 1;
   PetscCall(PetscCalloc1(pt->end, &keep));
   PetscCall(PetscMalloc1(pt->end, &point));
 
   for (PetscInt c = 0; c < nc; c++) { /* elements: owned, or touching an owned node; their nodes stay */
-    const PetscInt *cone;
-    PetscInt        size;
+    const PetscInt *corner = &pt->corner[c * FEM_MAX_NODES], size = CornerCount(corner);
 
-    PetscCall(DMPlexGetCone(dm, c, &cone));
-    PetscCall(DMPlexGetConeSize(dm, c, &size));
     keep[c] = !pt->leaf[c];
-    for (PetscInt a = 0; a < size; a++) keep[c] |= !pt->leaf[cone[a]];
-    for (PetscInt a = 0; a < size && keep[c]; a++) keep[cone[a]] = pt->leaf[cone[a]] ? 2 : 1;
+    for (PetscInt a = 0; a < size; a++) keep[c] |= !pt->leaf[corner[a]];
+    for (PetscInt a = 0; a < size && keep[c]; a++) keep[corner[a]] = pt->leaf[corner[a]] ? 2 : 1;
   }
   PetscCall(PickPoints(0, nc, keep, 1, pt->original, &model->n_cells, point));
   for (PetscInt k = 0; k < model->n_cells; k++) pt->local[point[k]] = k;
@@ -282,35 +336,31 @@ static PetscErrorCode ExtractPoints(FemModel model, DM dm, Points *pt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ExtractCells(FemModel model, DM dm, const Points *pt)
+static PetscErrorCode ExtractCells(FemModel model, const Points *pt)
 {
   PetscInt entries = 0;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc3(model->n_cells + 1, &model->cell_start, model->n_cells, &model->cell_type, model->n_cells, &model->cell_material));
   PetscCall(PetscMalloc1(FEM_MAX_NODES * model->n_cells, &model->cell_node));
-  for (PetscInt c = 0; c < pt->cell_end; c++) {
-    PetscInt size;
-
-    if (pt->local[c] < 0) continue;
-    PetscCall(DMPlexGetConeSize(dm, c, &size));
-    model->cell_start[pt->local[c] + 1]  = size;
-    model->cell_type[pt->local[c]]     = model->dim == 2 ? (size == 3 ? MESH_TRI3 : MESH_QUAD4) : (size == 4 ? MESH_TET4 : MESH_HEX8);
-    model->cell_material[pt->local[c]] = -1;
-  }
   model->cell_start[0] = 0;
+  for (PetscInt c = 0; c < pt->cell_end; c++) {
+    const PetscInt k = pt->local[c], size = CornerCount(&pt->corner[c * FEM_MAX_NODES]);
+
+    if (k < 0) continue;
+    model->cell_start[k + 1]  = size;
+    model->cell_type[k]     = model->dim == 2 ? (size == 3 ? MESH_TRI3 : MESH_QUAD4) : (size == 4 ? MESH_TET4 : MESH_HEX8);
+    model->cell_material[k] = -1;
+  }
   for (PetscInt k = 0; k < model->n_cells; k++) {
     entries += model->cell_start[k + 1];
     model->cell_start[k + 1] = entries;
   }
   for (PetscInt c = 0; c < pt->cell_end; c++) {
-    const PetscInt *cone;
-    PetscInt        size;
+    const PetscInt k = pt->local[c];
 
-    if (pt->local[c] < 0) continue;
-    PetscCall(DMPlexGetCone(dm, c, &cone));
-    PetscCall(DMPlexGetConeSize(dm, c, &size));
-    for (PetscInt a = 0; a < size; a++) model->cell_node[model->cell_start[pt->local[c]] + a] = pt->local[cone[a]];
+    if (k < 0) continue;
+    for (PetscInt a = model->cell_start[k]; a < model->cell_start[k + 1]; a++) model->cell_node[a] = pt->local[pt->corner[c * FEM_MAX_NODES + a - model->cell_start[k]]];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -343,7 +393,7 @@ static PetscErrorCode ExtractGroup(FemModel model, DM dm, const Points *pt, Pets
       PetscCall(ISGetLocalSize(points, &n));
       PetscCall(ISGetIndices(points, &point));
       for (PetscInt k = 0; k < n; k++) {
-        const PetscInt here = pt->local[point[k]];
+        const PetscInt here = point[k] < pt->end ? pt->local[point[k]] : -1;
 
         if (here < 0) continue;
         if (point[k] < pt->cell_end) cell_bits[here] = value[v];
@@ -457,23 +507,26 @@ PetscErrorCode FemModelSetMesh(FemModel model, const Mesh *mesh)
     model->group[g].interior = count[0];
     model->group[g].loose    = count[1];
   }
-  PetscCall(DMSetFromOptions(serial));
-  if (model->size > 1) PetscCall(DMPlexDistribute(serial, 1, &moved, &dm));
+  if (model->size > 1) {
+    PetscPartitioner partitioner;
+
+    PetscCall(DMPlexGetPartitioner(serial, &partitioner));
+    PetscCall(PetscPartitionerSetFromOptions(partitioner)); /* DMSetFromOptions would distribute by itself, without our overlap */
+    PetscCall(DMPlexDistribute(serial, 1, &moved, &dm));
+  }
   if (!dm) {
     PetscCall(PetscObjectReference((PetscObject)serial));
     dm = serial;
   }
-  PetscCall(OriginalPoints(serial, dm, moved, &pt.original));
+  PetscCall(CreatePoints(&body, serial, dm, moved, &pt));
   PetscCall(PetscSFDestroy(&moved));
-  PetscCall(DMPlexGetHeightStratum(dm, 0, NULL, &pt.cell_end));
-  PetscCall(DMPlexGetChart(dm, NULL, &pt.end));
-  if (pt.end == 0) pt.cell_end = 0;
   PetscCall(ExtractPoints(model, dm, &pt));
-  PetscCall(ExtractCells(model, dm, &pt));
+  PetscCall(ExtractCells(model, &pt));
   for (PetscInt g = 0; g < model->n_groups; g++) PetscCall(ExtractGroup(model, dm, &pt, g));
   PetscCall(DMDestroy(&dm));
   PetscCall(DMDestroy(&serial));
   PetscCall(PetscFree(pt.original));
+  PetscCall(PetscFree(pt.corner));
   PetscCall(PetscFree(pt.leaf));
   PetscCall(PetscFree(pt.local));
 
