@@ -26,7 +26,7 @@ typedef struct {
   PetscReal       *spin;   /* [3][n] angular velocity, half-step [rad/s]; 2D: first row */
   const PetscReal *f, *torque;     /* [3][n] force [N], couple [N m] of the present state; 2D: couple in the first row */
   const PetscReal *mass, *inertia; /* [n] [kg], [kg m2] */
-  PetscReal       *f_ext, *t_ext;  /* [3][n] force [N] and couple [N m] from outside; the caller keeps them current */
+  PetscReal       *f_ext, *t_ext;  /* [3][n] force [N] and couple [N m] from outside (2D: about z, third row); the caller keeps them current */
 } DemState;
 
 /* A rigid plane: inside is n.(x - point) >= 0. */
@@ -44,6 +44,10 @@ PetscErrorCode DemModelSetMaterial(DemModel model, const DemMaterial *material);
 PetscErrorCode DemModelSetStrength(DemModel model, const DemStrength *strength); /* without it bonds never break */
 PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPacking *packing, const DemCells *cells); /* copies */
 PetscErrorCode DemModelSetBreakable(DemModel model, const PetscBool breakable[]); /* [facets of the cells]; default: all */
+/* For a coupling, before set-up: weight of each particle's mass and volumetric energy [packing's order], of each facet's pair energy. */
+PetscErrorCode DemModelSetWeights(DemModel model, const PetscReal particle[], const PetscReal facet[]);
+/* A face that is no surface: the body goes on as another model, whose motion completes the dilation of the cells behind it.  Eq. (6.6) */
+PetscErrorCode DemModelSetRim(DemModel model, const char *face);
 PetscErrorCode DemModelSetBonded(DemModel model, PetscBool bonded); /* default true */
 
 /* Facet platens on a named face. Along the face's own normal alone: smooth. All components: glued. Other
@@ -82,6 +86,20 @@ typedef struct {
   const PetscReal *along;    /* [n] |n.e|, facet normal against opening direction; projected area is area x along */
   const unsigned char *mode; /* [n] 1 tension, 2 shear */
 } DemCracks;
+
+/* Facets of the rim, on loan for the model's life: u is the caller's to keep current, force what the facets put on the other model [N]. */
+typedef struct {
+  PetscInt         n;
+  const PetscReal *x;     /* [n][3] centroid at rest [m] */
+  PetscReal       *u;     /* [n][3] displacement of the other model there [m] */
+  const PetscReal *force; /* [n][3] [N] */
+} DemRim;
+
+PetscErrorCode DemModelGetRim(DemModel model, DemRim *rim);
+
+/* A step in two halves, for a coupling: kick and drift to t + dt; then forces of the new state. */
+PetscErrorCode DemModelAdvance(DemModel model, PetscReal t, PetscReal dt);
+PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt);
 
 PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks);
 PetscErrorCode DemModelDestroy(DemModel *model);

@@ -235,6 +235,13 @@ PetscErrorCode DemBodySearchCreate(const DemBody *body, PetscReal reach, PetscRe
   if (body->n_pieces > 1) PetscCall(FillGrid(search, PETSC_FALSE, &search->piece_start, &search->piece));
   if (reach > 0) {
     PetscCall(FindBends(body, &search->bend));
+    PetscCall(PetscMalloc1(4 * body->n_simplices, &search->out));
+    for (PetscInt k = 0; k < body->n_simplices; k++) {
+      const PetscReal *s = &body->simplex[3 * body->dim * k];
+
+      DemBodyNormal(body->dim, s, &search->out[4 * k]);
+      search->out[4 * k + 3] = Dot(&search->out[4 * k], s);
+    }
     PetscCall(FillGrid(search, PETSC_TRUE, &search->wall_start, &search->wall));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -248,6 +255,7 @@ PetscErrorCode DemBodySearchDestroy(DemBodySearch *search)
   PetscCall(PetscFree(search->wall_start));
   PetscCall(PetscFree(search->wall));
   PetscCall(PetscFree(search->bend));
+  PetscCall(PetscFree(search->out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -282,6 +290,23 @@ PetscBool DemBodySearchInside(const DemBodySearch *search, const PetscReal x[3])
   return PETSC_FALSE;
 }
 
+PetscBool DemBodySearchClear(const DemBodySearch *search, const PetscReal x[3], PetscReal radius)
+{
+  const PetscInt dim = search->body->dim, cell = CellOf(search, x);
+
+  if (radius > search->reach) return PETSC_FALSE;
+  for (PetscInt k = search->wall_start[cell]; k < search->wall_start[cell + 1]; k++) {
+    const PetscInt   s   = search->wall[k];
+    const PetscReal *out = &search->out[4 * s];
+    PetscReal        q[3];
+
+    if (PetscAbsReal(out[3] - Dot(out, x)) >= radius) continue;
+    NearestOnSimplex(dim, &search->body->simplex[3 * dim * s], x, q);
+    if (PetscSqr(q[0] - x[0]) + PetscSqr(q[1] - x[1]) + PetscSqr(q[2] - x[2]) < radius * radius) return PETSC_FALSE;
+  }
+  return DemBodySearchInside(search, x);
+}
+
 PetscInt DemBodySearchWalls(const DemBodySearch *search, const PetscReal x[3], PetscReal reach, DemWall wall[DEM_MAX_WALLS])
 {
   const DemBody *body = search->body;
@@ -292,15 +317,17 @@ PetscInt DemBodySearchWalls(const DemBodySearch *search, const PetscReal x[3], P
   for (PetscInt k = search->wall_start[cell]; k < search->wall_start[cell + 1]; k++) {
     const PetscInt   s   = search->wall[k];
     const PetscReal *tri = &body->simplex[3 * dim * s];
-    PetscReal        q[3], out[3], d, height, inward[3];
+    const PetscReal *out = &search->out[4 * s];
+    const PetscReal  rise = out[3] - Dot(out, x);
+    PetscReal        q[3], d, height, inward[3];
     PetscInt         where, at;
-    PetscBool        flat, twin = PETSC_FALSE;
+    PetscBool        flat, twin = PETSC_FALSE, bent = search->bend[dim * s] | search->bend[dim * s + 1] | search->bend[dim * s + dim - 1] ? PETSC_TRUE : PETSC_FALSE;
 
+    if (rise >= reach || rise <= (bent ? -reach : 0)) continue; /* most of them */
     where = NearestOnSimplex(dim, tri, x, q);
     for (PetscInt c = 0; c < 3; c++) inward[c] = x[c] - q[c];
     d = PetscSqrtReal(Dot(inward, inward));
     if (!(d > 0 && d < reach)) continue;
-    DemBodyNormal(dim, tri, out);
     height = -Dot(out, inward);
     flat   = height > (1 - 1e-9) * d ? PETSC_TRUE : PETSC_FALSE;
     if (!flat) {

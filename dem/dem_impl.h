@@ -12,7 +12,7 @@
 #define DEM_BLOCK 256 /* particles; state of block and halo stays in a 512 kB second-level cache (72 kB in 3D) */
 #define DEM_CHUNK 64  /* bonds treated together: their results stay in the first-level cache */
 
-typedef enum { DEM_WALL_FREE, DEM_WALL_TRACTION, DEM_WALL_SMOOTH, DEM_WALL_GLUED } DemWallKind;
+typedef enum { DEM_WALL_FREE, DEM_WALL_TRACTION, DEM_WALL_SMOOTH, DEM_WALL_GLUED, DEM_WALL_RIM } DemWallKind;
 
 /* What a face of the body does; one per face. */
 typedef struct {
@@ -23,6 +23,7 @@ typedef struct {
   PetscBool  loaded, pressed;
   PetscReal  direction[3];
   Table      traction, pressure; /* [Pa] */
+  PetscBool  rim;
   PetscReal  stress[3], push;    /* traction now [Pa], pressure now [Pa] */
   PetscReal  reaction[3];        /* force of the face's support on the body [N] */
   PetscReal  shift_old[3], reaction_old[3]; /* a step before */
@@ -80,6 +81,9 @@ typedef struct {
   PetscReal *h;      /* [n] distance of the particle from the facet's plane [m] */
   PetscReal *arm;    /* [n][3] centroid from the particle [m] */
   PetscReal *normal; /* [n][3] outward, at rest */
+  PetscInt   n_rim;
+  PetscInt  *rim;    /* [n] row of a rim facet, -1 */
+  PetscReal *rim_x, *rim_u, *rim_f; /* [n_rim][3] */
 } DemWalls;
 
 typedef enum { DEM_WITH_LOADS = 1, DEM_WITH_FAILURE = 2 } DemForceFlags;
@@ -123,6 +127,7 @@ struct _p_DemModel {
   PetscBool   cohesive;
   DemStrength strength;
   PetscBool  *breakable; /* [facets], NULL = all */
+  PetscReal  *weight_particle, *weight_facet; /* as given, packing's and cells' order; NULL = 1 */
   DemCrackState crack;   /* empty unless cohesive */
   PetscReal   g_shear, lambda; /* [Pa]; lambda of plane stress in plane stress.  Eq. (4.1) */
   PetscReal   alpha;           /* local damping */

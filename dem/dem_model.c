@@ -136,6 +136,15 @@ PetscErrorCode DemModelSetBonded(DemModel model, PetscBool bonded)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode DemModelSetWeights(DemModel model, const PetscReal particle[], const PetscReal facet[])
+{
+  PetscFunctionBegin;
+  PetscCheck(model->packing.n && !model->ready && !model->weight_particle, model->comm, PETSC_ERR_ORDER, "Weights are given once, between DemModelSetBody() and DemModelSetUp()");
+  PetscCall(CopyReals(model->packing.n, particle, &model->weight_particle));
+  PetscCall(CopyReals(model->cells.n_facets, facet, &model->weight_facet));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode FindFace(DemModel model, const char *name, DemFace **face)
 {
   PetscInt k;
@@ -193,6 +202,24 @@ PetscErrorCode DemModelAddPressure(DemModel model, const char *face, const Table
   BaseCheckInput(!f->pressed, model->comm, "Face '%s' carries a pressure already", face);
   f->pressed = PETSC_TRUE;
   PetscCall(TableCopy(table, &f->pressure));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetRim(DemModel model, const char *face)
+{
+  DemFace *f;
+
+  PetscFunctionBegin;
+  PetscCall(FindFace(model, face, &f));
+  f->rim = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelGetRim(DemModel model, DemRim *rim)
+{
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before borrowing the rim");
+  *rim = (DemRim){model->walls.n_rim, model->walls.rim_x, model->walls.rim_u, model->walls.rim_f};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -336,6 +363,9 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
   PetscCall(PetscFree2(model->blocks.slot_s, model->blocks.slot_f));
   PetscCall(PetscFree7(model->walls.start, model->walls.face, model->walls.kind, model->walls.area, model->walls.h, model->walls.arm, model->walls.normal));
   PetscCall(PetscFree(model->walls.owner));
+  PetscCall(PetscFree4(model->walls.rim, model->walls.rim_x, model->walls.rim_u, model->walls.rim_f));
+  PetscCall(PetscFree(model->weight_particle));
+  PetscCall(PetscFree(model->weight_facet));
   PetscCall(PetscFree(model->traction_old));
   PetscCall(PetscFree(model->traction_new));
   PetscCall(DemCracksDestroy_Internal(model));

@@ -255,6 +255,23 @@ static PetscErrorCode SeatCorners(const DemBodySearch *search, PetscInt n, Petsc
     if (nearest < 0) continue;
     taken[nearest] = PETSC_TRUE;
     for (PetscInt c = 0; c < 3; c++) x[3 * nearest + c] = seat[c];
+    for (PetscInt p = 0; p < n; p++) { /* clear the corner around it */
+      const PetscReal *node = &body->simplex[3 * (body->dim * all[k].simplex + all[k].local)];
+      PetscReal        away[3], from = 0, len = 0;
+
+      for (PetscInt c = 0; c < 3; c++) {
+        away[c] = x[3 * p + c] - seat[c];
+        from += away[c] * away[c];
+      }
+      if (taken[p] || from > PetscSqr(1.3 * radius)) continue;
+      for (PetscInt c = 0; c < 3; c++) {
+        away[c] += 2 * (seat[c] - node[c]);
+        len += away[c] * away[c];
+      }
+      for (PetscInt c = 0; c < 3; c++) away[c] = seat[c] + 1.5 * radius / PetscSqrtReal(len) * away[c];
+      if (DemBodySearchInside(search, away))
+        for (PetscInt c = 0; c < 3; c++) x[3 * p + c] = away[c];
+    }
   }
   PetscCall(PetscFree(all));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -274,7 +291,7 @@ PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal r
 
     spacing = dim == 2 ? PetscSqrtReal(2 / PetscSqrtReal(3.) * volume / n) : PetscPowReal(PetscSqrtReal(2.) * volume / n, 1. / 3);
   }
-  for (PetscInt try = 0; try < TRIES && best > n + n / 400; try++) {
+  for (PetscInt try = 0; try < TRIES && best > n + n / 100 + 1; try++) {
     PetscInt m;
 
     LatticeMake(body, spacing, seed, try, &lattice);

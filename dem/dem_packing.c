@@ -56,7 +56,8 @@ PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *op
   PetscCall(PetscMalloc1(n, &seated));
   for (PetscInt p = 0; p < n; p++) sum += packing->r[p] = 1 + spread * (2 * DemPackRandom(options->seed, 0, p) - 1);
   for (PetscInt p = 0; p < n; p++) packing->r[p] *= radius * n / sum;
-  PetscCall(DemBodySearchCreate(body, 3 * radius * (1 + spread), 2 * radius, &search));
+  /* finer than a sphere where the body's pieces are */
+  PetscCall(DemBodySearchCreate(body, 3 * radius * (1 + spread), PetscMin(2 * radius, 2 * PetscPowReal(volume / body->n_pieces, 1. / dim)), &search));
   PetscCall(DemPackStart(&search, n, radius, options->seed, packing->x, seated));
   PetscCall(DemPackRelax(&search, n, radius, options->iterations, seated, packing->x, packing->r));
   PetscCall(PetscFree(seated));

@@ -67,11 +67,15 @@ PetscErrorCode DemSetUpOrder_Internal(DemModel model)
       if (model->bonded) model->offset[d * n + p] = cells->centroid[3 * k + d] - model->packing.x[3 * k + d];
     }
     model->volume[p] = model->vstar[p] = V;
-    model->mass[p]   = model->material.density * V;
+    model->mass[p]   = model->material.density * V * (model->weight_particle ? model->weight_particle[k] : 1);
     /* A sphere (2D: disc) of the cell's volume: isotropic, so angular momentum is exact. */
     if (dim == 3) model->inertia[p] = 0.4 * model->mass[p] * PetscPowReal(0.75 * V / PETSC_PI, 2.0 / 3.0);
     else model->inertia[p] = 0.5 * model->mass[p] * V / (model->body.thickness * PETSC_PI);
     if (dim == 3) model->rot[p] = 1;
+  }
+  if (model->weight_particle) {
+    PetscCall(PetscMalloc1(n, &model->share));
+    for (PetscInt p = 0; p < n; p++) model->share[p] = model->weight_particle[model->at[p]];
   }
   PetscCall(PetscFree(place));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -179,6 +183,10 @@ PetscErrorCode DemSetUpBonds_Internal(DemModel model)
     for (PetscInt c = 0; c < 3; c++) bonds->arm[c * m + e] = c < dim ? cells->at[3 * k + c] - model->x0[c * n + p] : 0;
   }
   PetscCall(PetscFree(pair));
+  if (model->weight_facet) {
+    PetscCall(PetscMalloc1(m, &bonds->weight));
+    for (PetscInt e = 0; e < m; e++) bonds->weight[e] = model->weight_facet[bonds->facet[e]];
+  }
 
   b->n_blocks = (n + DEM_BLOCK - 1) / DEM_BLOCK;
   PetscCall(PetscMalloc3(b->n_blocks + 1, &b->first, b->n_blocks + 1, &b->bond, b->n_blocks + 1, &b->halo_start));
@@ -203,7 +211,7 @@ static PetscErrorCode FaceKind(DemModel model, PetscInt k, const PetscReal norma
   PetscInt       fixed = 0, along = -1;
 
   PetscFunctionBegin;
-  *kind = face->loaded || face->pressed ? DEM_WALL_TRACTION : DEM_WALL_FREE;
+  *kind = face->rim ? DEM_WALL_RIM : face->loaded || face->pressed ? DEM_WALL_TRACTION : DEM_WALL_FREE;
   for (PetscInt d = 0; d < model->dim; d++)
     if (face->fixed[d]) {
       fixed++;
@@ -291,6 +299,15 @@ PetscErrorCode DemSetUpWalls_Internal(DemModel model)
       w->h[i] += w->arm[3 * i + d] * w->normal[3 * i + d];
     }
     if (model->dim == 2) w->arm[3 * i + 2] = 0;
+  }
+  PetscCall(PetscMalloc4(m, &w->rim, 3 * m, &w->rim_x, 3 * m, &w->rim_u, 3 * m, &w->rim_f));
+  for (PetscInt i = 0; i < m; i++) {
+    w->rim[i] = w->kind[i] == DEM_WALL_RIM ? w->n_rim++ : -1;
+    if (w->rim[i] < 0) continue;
+    for (PetscInt d = 0; d < 3; d++) {
+      w->rim_x[3 * w->rim[i] + d] = (d < model->dim ? model->x0[d * n + w->owner[i]] : 0) + w->arm[3 * i + d];
+      w->rim_u[3 * w->rim[i] + d] = w->rim_f[3 * w->rim[i] + d] = 0;
+    }
   }
   PetscCall(PetscFree2(kind, fill));
   PetscFunctionReturn(PETSC_SUCCESS);

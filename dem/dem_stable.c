@@ -213,7 +213,7 @@ PetscErrorCode DemModelGetStableStep(DemModel model, PetscReal *dt)
     Q[b->q[e]] += b->k[e] * aq;
   }
   for (PetscInt i = 0; i < w->n; i++)
-    if (w->kind[i] == DEM_WALL_SMOOTH) Q[w->owner[i]] += w->area[i] * w->h[i];
+    if (w->kind[i] == DEM_WALL_SMOOTH || w->kind[i] == DEM_WALL_RIM) Q[w->owner[i]] += w->area[i] * w->h[i];
     else if (w->kind[i] == DEM_WALL_GLUED)
       for (PetscInt d = 0; d < 3; d++) Q[w->owner[i]] += w->area[i] / w->h[i] * PetscSqr(w->arm[3 * i + d]);
   for (PetscInt p = 0; p < n; p++) Q[p] *= PetscMax(model->lambda, 0) / model->vstar[p] * (model->share ? model->share[p] : 1);
@@ -232,7 +232,7 @@ PetscErrorCode DemModelGetStableStep(DemModel model, PetscReal *dt)
   for (PetscInt i = 0; i < w->n; i++) {
     const PetscInt p = w->owner[i];
 
-    if (w->kind[i] != DEM_WALL_TRACTION)
+    if (w->kind[i] != DEM_WALL_TRACTION && w->kind[i] != DEM_WALL_RIM)
       AddGap((PetscReal(*)[6])(block + 36 * p), w->area[i] / w->h[i] * (2 * model->g_shear + Q[p]), &w->arm[3 * i], 1 / PetscSqrtReal(model->mass[p]), 1 / PetscSqrtReal(model->inertia[p]));
   }
   for (PetscInt p = 0; p < n; p++) {

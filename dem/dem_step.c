@@ -65,13 +65,11 @@ static void Turn2(PetscInt n, PetscInt first, PetscInt last, PetscReal dt, const
   }
 }
 
-PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt)
+PetscErrorCode DemModelAdvance(DemModel model, PetscReal t, PetscReal dt)
 {
-  DemModel         model = ctx;
   const PetscInt   n = model->n;
   const DemBlocks *blocks = &model->blocks;
   const PetscReal  kick = model->started ? dt : 0.5 * dt; /* velocities start at t = 0, and move to the first half step */
-  PetscReal        work = 0;
 
   PetscFunctionBegin;
   if (model->walls.n) {
@@ -111,6 +109,14 @@ PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt)
       model->face[k].reaction_old[d] = model->face[k].reaction[d];
     }
   DemFacesSetTime_Internal(model, model->time);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt)
+{
+  PetscReal work = 0;
+
+  PetscFunctionBegin;
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS | DEM_WITH_FAILURE));
   if (model->n_tools) PetscCall(DemToolsForce_Internal(model, dt));
   if (model->walls.n) {
@@ -121,6 +127,14 @@ PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt)
   }
   model->work += work;
   model->work_in += PetscAbsReal(work);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt)
+{
+  PetscFunctionBegin;
+  PetscCall(DemModelAdvance(ctx, t, dt));
+  PetscCall(DemModelEvaluate(ctx, dt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

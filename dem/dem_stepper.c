@@ -55,6 +55,11 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
   } else if (h->quantity[0] == 'r') {
     DemFacesReactions_Internal(model);
     *value = model->face[h->face].reaction[c];
+  } else if (model->face[h->face].fixed[c]) { /* a platen moves as prescribed, whatever its particles do behind it */
+    const DemFace *face = &model->face[h->face];
+
+    if (h->quantity[0] == 'd') *value = face->shift[c];
+    else *value = face->motion[c] == DEM_VELOCITY ? TableValue(&face->table[c], model->time) : TableSlope(&face->table[c], model->time);
   } else { /* area mean over the face, of the facets' own points */
     const DemCells *cells = &model->cells;
     PetscReal       sum = 0, area = 0;

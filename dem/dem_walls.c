@@ -45,6 +45,8 @@ static void FacetState(DemModel model, PetscInt p, PetscInt i, Facet *facet)
       for (PetscInt d = 0; d < dim; d++) facet->normal[d] += turn[d];
     }
     for (PetscInt d = 0; d < dim; d++) facet->value[d] = face->stress[d] - face->push * facet->normal[d];
+  } else if (w->kind[i] == DEM_WALL_RIM) {
+    for (PetscInt d = 0; d < dim; d++) facet->value[d] = w->rim_u[3 * w->rim[i] + d] - model->u[d * n + p] - turn[d];
   } else if (w->kind[i] == DEM_WALL_GLUED) {
     for (PetscInt d = 0; d < dim; d++) facet->value[d] = face->shift[d] - model->u[d * n + p] - turn[d];
   } else {
@@ -95,6 +97,12 @@ static void FacetForce(DemModel model, PetscInt p, PetscInt i, PetscReal dilatio
     for (PetscInt d = 0; d < 3; d++) t[d] = A * facet.value[d];
     AddMoment(facet.arm, facet.value, -lambda * dilation * A / g2, f); /* S turns with the arm */
     break;
+  case DEM_WALL_RIM: /* S alone: the rim has no spring of its own */
+    for (PetscInt d = 0; d < 3; d++) {
+      t[d]                         = A * lambda * dilation * facet.normal[d];
+      w->rim_f[3 * w->rim[i] + d] = -t[d];
+    }
+    break;
   case DEM_WALL_SMOOTH:
     for (PetscInt d = 0; d < 3; d++) t[d] = A * (g2 / h * facet.value[d] + lambda * dilation * facet.normal[d]);
     break;
@@ -132,7 +140,7 @@ PetscReal DemWallsEnergy_Internal(DemModel model)
   for (PetscInt i = 0; i < w->n; i++) {
     Facet facet;
 
-    if (w->kind[i] == DEM_WALL_TRACTION) continue;
+    if (w->kind[i] == DEM_WALL_TRACTION || w->kind[i] == DEM_WALL_RIM) continue;
     FacetState(model, w->owner[i], i, &facet);
     for (PetscInt d = 0; d < model->dim; d++) sum += model->g_shear * w->area[i] / w->h[i] * PetscSqr(facet.value[d]);
   }
@@ -149,7 +157,7 @@ void DemFacesReactions_Internal(DemModel model)
   for (PetscInt i = 0; i < w->n; i++) {
     PetscReal t[3], f[6] = {0};
 
-    if (w->kind[i] == DEM_WALL_TRACTION) continue;
+    if (w->kind[i] == DEM_WALL_TRACTION || w->kind[i] == DEM_WALL_RIM) continue;
     FacetForce(model, w->owner[i], i, model->dilation[w->owner[i]], t, f);
     for (PetscInt d = 0; d < model->dim; d++) model->face[w->face[i]].reaction[d] += t[d];
   }
