@@ -96,7 +96,7 @@ typedef struct {
 
   Mesh        mesh; /* fem; on rank 0 */
   PetscInt    mesh_nodes, mesh_cells;
-  PetscReal   mesh_step; /* [s] c_p crossing of the smallest cell, for estimates */
+  PetscReal   mesh_step, mesh_cost; /* [s] for estimates: wave across the shortest edge; work of one explicit step */
   DemBody     body;      /* dem */
   DemPacking  packing;
   DemCells    cells;

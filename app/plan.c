@@ -7,12 +7,12 @@
 #include "app.h"
 #include <string.h>
 
-/* [s] per element-step or bond-step on one thread; memory [bytes] */
-#define SECONDS_FEM_STEP  1e-7
-#define SECONDS_DEM_STEP  5e-8
-#define BYTES_PARTICLE    1500.
-#define BYTES_FEM_NODE    1000.
-#define BYTES_STATIC_NODE 12000.
+#define SECONDS_BOND_STEP 5.5e-8  /* [s], one thread */
+#define SECONDS_UNKNOWN   1.2e-4  /* [s] of a static solution in 3D; a fifth of it in 2D */
+#define BYTES_START       80e6    /* the program with its libraries */
+#define BYTES_PARTICLE    4400.
+#define BYTES_NODE        2500.
+#define BYTES_STATIC_NODE 15000.
 
 static PetscErrorCode Steps(AppCase *c, AppPlan *plan)
 {
@@ -40,9 +40,9 @@ static PetscErrorCode Steps(AppCase *c, AppPlan *plan)
 
 static void Seconds(const AppCase *c, AppPlan *plan)
 {
-  if (c->is_static) plan->seconds = plan->dofs * 3e-5 * (c->dim == 3 ? PetscMax(1, plan->dofs / 1e5) : 1) * (1 + 0.05 * plan->steps);
-  else if (c->method == APP_FEM) plan->seconds = plan->steps * plan->elements * SECONDS_FEM_STEP / plan->threads / c->size;
-  else plan->seconds = plan->steps * plan->bonds * SECONDS_DEM_STEP / plan->threads;
+  if (c->is_static) plan->seconds = plan->dofs * SECONDS_UNKNOWN * (c->dim == 3 ? 1 : 0.2) * (1 + 0.02 * plan->steps) / c->size;
+  else if (c->method == APP_FEM) plan->seconds = plan->steps * c->mesh_cost / plan->threads / c->size;
+  else plan->seconds = plan->steps * plan->bonds * SECONDS_BOND_STEP / plan->threads;
 }
 
 /* Particles from the wanted radius: the sphere's share of its cell is 1 - porosity, about 0.74 (2D: 0.86). */
@@ -99,7 +99,7 @@ PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
     plan->nodes    = c->mesh_nodes;
     plan->elements = c->mesh_cells;
     plan->dofs     = (PetscReal)c->dim * c->mesh_nodes;
-    plan->bytes    = plan->nodes * (c->is_static ? BYTES_STATIC_NODE : BYTES_FEM_NODE);
+    plan->bytes    = BYTES_START + plan->nodes * (c->is_static ? BYTES_STATIC_NODE : BYTES_NODE);
     stable         = 0.6 * c->mesh_step;
     PetscCall(PetscStrncpy(plan->sets, "estimate: shortest edge / P-wave speed; the run bounds the eigenvalues of the elements", sizeof(plan->sets)));
   } else {
@@ -109,7 +109,7 @@ PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
 
     PetscCall(EstimateParticles(c, plan));
     plan->bonds = plan->particles * (c->dim == 3 ? 7.6 : 3);
-    plan->bytes = plan->particles * BYTES_PARTICLE;
+    plan->bytes = BYTES_START + plan->particles * BYTES_PARTICLE;
     s           = PetscPowReal(DemBodyVolume(&c->body) / c->thickness / plan->particles, 1. / c->dim);
     stable      = 0.75 * 0.53 * s / cp;
     PetscCall(PetscStrncpy(plan->sets, "estimate: mean cell size / P-wave speed; the run bounds the stiffness of every particle", sizeof(plan->sets)));

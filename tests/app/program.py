@@ -13,6 +13,7 @@ import h5py
 import numpy
 
 CLEAVE, SOURCE = sys.argv[1], sys.argv[2]
+os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OPENBLAS_NUM_THREADS="1")
 
 FEM = """\
 title: a small beam
@@ -66,9 +67,9 @@ def check(condition, *what):
 
 
 def cleave(*words, cwd, expect=0, timeout=300, plots=False):
-    """Exit code as expected; the output is given back."""
-    if words[0] == "run" and not plots:
-        words = ("run", "--no-plots") + words[1:]
+    """Exit code as expected; the output is given back. One thread unless asked: tests share the cores with others."""
+    if words[0] == "run":
+        words = ("run",) + (() if plots else ("--no-plots",)) + (() if "--threads" in words else ("--threads", "1")) + words[1:]
     done = subprocess.run([CLEAVE, *words], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=timeout)
     text = done.stdout + done.stderr
     check(done.returncode == expect, "cleave", *words, "gave", done.returncode, "expected", expect, "\n" + text)
@@ -159,7 +160,7 @@ def test_broken(folder):
         here = os.path.join(folder, "case%d" % number)
         os.mkdir(here)
         write(here, "scene.yaml", scene.replace(old, new))
-        for command in ("check", "run"):
+        for command in ("run", "check") if scene is DEM or number % 4 == 0 else ("run",):
             text = cleave(command, "scene.yaml", cwd=here, expect=2)
             places = [int(at) for at in re.findall(r"scene\.yaml:(\d+):\d+: ", text)]
             check(line in places, old, "->", new, "is on line", line, "but:", text)
@@ -243,10 +244,10 @@ def test_resume(folder):
 
 def test_interrupt(folder):
     """Ctrl-C: a checkpoint, 130; resumed, the run is the one nobody disturbed."""
-    for name, scene, end in (("fem", FEM, "15 ms"), ("dem", DEM, "8 ms")):
+    for name, scene, end in (("fem", FEM, "6 ms"), ("dem", DEM, "4 ms")):
         scene = re.sub(r"end: \d+ us", "end: " + end, scene).replace("every: 2 us", "every: 100 us").replace("every: 5 us", "every: 100 us").replace("every: 20 us", "every: 2 ms")
         write(folder, name + ".yaml", scene)
-        run = subprocess.Popen([CLEAVE, "run", "--no-plots", name + ".yaml", "--output", name + "-cut"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        run = subprocess.Popen([CLEAVE, "run", "--threads", "1", "--no-plots", name + ".yaml", "--output", name + "-cut"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         history = os.path.join(folder, name + "-cut", "history.csv")
         for _ in range(3000):  # until the loop runs
             if os.path.exists(history) and read(history).count(b"\n") > 3:
@@ -328,7 +329,7 @@ def test_failure(folder):
     write(folder, "dem.yaml", DEM)
     scene = DEM.replace("ramp: {to: -10 mm/s, over: 20 us}", "table: [[0 us, 0 m/s], [1 us, -4000 m/s]]")
     write(folder, "dem.yaml", scene)
-    done = subprocess.run([CLEAVE, "run", "--no-plots", "dem.yaml", "--set", "time.end=1 ms"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
+    done = subprocess.run([CLEAVE, "run", "--threads", "1", "--no-plots", "dem.yaml", "--set", "time.end=1 ms"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
     check(done.returncode in (0, 1), done.returncode, done.stdout)
     state = summary(folder, "results", "dem")
     check((state["state"] == "failed") == (done.returncode == 1), state["state"])
@@ -341,7 +342,7 @@ def test_ranks(folder):
     """Particles on two ranks are refused in words; elements run there and tell the same story."""
     write(folder, "fem.yaml", FEM)
     write(folder, "dem.yaml", DEM)
-    mpi = ["mpiexec", "--oversubscribe", "-n", "2", CLEAVE, "run", "--no-plots"]
+    mpi = ["mpiexec", "--oversubscribe", "-n", "2", CLEAVE, "run", "--threads", "1", "--no-plots"]
     done = subprocess.run(mpi + ["dem.yaml"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
     check(done.returncode == 2 and "one rank" in done.stdout, done.returncode, done.stdout)
     bad = subprocess.run(mpi + ["fem.yaml", "--set", "time.end=3 kg"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
@@ -379,7 +380,7 @@ def test_cylinder(folder):
     """examples/elastic_cylinder: E and nu within 1 %."""
     cleave("run", os.path.join(SOURCE, "examples/elastic_cylinder/scene.yaml"), "--output", "out", cwd=folder)
     done = subprocess.run([sys.executable, os.path.join(SOURCE, "examples/elastic_cylinder/read_off.py"), os.path.join(folder, "out")], stdout=subprocess.PIPE, text=True, check=True)
-    young, poisson = (float(re.search(key + r"\s*=\s*([-0-9.e+]+)", done.stdout).group(1)) for key in ("young", "poisson"))
+    young, poisson = (float(re.search(key + r".*= ([-0-9.e+]+)", done.stdout).group(1)) for key in ("young", "poisson"))
     check(abs(young / 30e9 - 1) < 0.01, done.stdout)
     check(abs(poisson / 0.2 - 1) < 0.01, done.stdout)
 
