@@ -21,13 +21,25 @@ static void GmshWords(char words[BASE_LINE], const char *what, const char *file)
   if (!ierr) gmshFree(text);
 }
 
-/* Last characters of a .msh must close a section; gmsh itself reads some cut files without a word. */
+/* The last line of a .msh must end a section; gmsh itself reads some cut files without a word. */
+static PetscBool EndsSection(const char *tail, size_t got)
+{
+  static const char *const section[] = {"MeshFormat", "PhysicalNames", "Entities", "PartitionedEntities", "Nodes", "Elements", "Periodic", "GhostElements", "Parametrizations", "NodeData", "ElementData", "ElementNodeData", "InterpolationScheme", "Comments"};
+
+  while (got > 0 && (tail[got - 1] == '\n' || tail[got - 1] == '\r' || tail[got - 1] == ' ')) got--;
+  for (size_t k = 0; k < sizeof(section) / sizeof(section[0]); k++) {
+    const size_t n = strlen(section[k]);
+
+    if (got >= n + 4 && !strncmp(&tail[got - n], section[k], n) && !strncmp(&tail[got - n - 4], "$End", 4)) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
 static void CheckWhole(const char *file, PetscBool msh, char words[BASE_LINE])
 {
-  FILE  *in = fopen(file, "rb");
-  char   tail[257];
-  long   size;
-  size_t got;
+  FILE *in = fopen(file, "rb");
+  char  tail[256];
+  long  size;
 
   if (!in) {
     (void)PetscSNPrintf(words, BASE_LINE, "%s: no such mesh file, or it may not be read", file);
@@ -37,10 +49,7 @@ static void CheckWhole(const char *file, PetscBool msh, char words[BASE_LINE])
   if (size <= 0) (void)PetscSNPrintf(words, BASE_LINE, "%s: the file is empty", file);
   else if (msh) {
     (void)fseek(in, size > 256 ? size - 256 : 0, SEEK_SET);
-    got = fread(tail, 1, 256, in);
-    while (got > 0 && (tail[got - 1] == '\n' || tail[got - 1] == '\r' || tail[got - 1] == ' ')) got--;
-    while (got > 0 && tail[got - 1] >= 'A' && tail[got - 1] <= 'z') got--;
-    if (!got || tail[got - 1] != '$' || strncmp(&tail[got], "End", 3)) (void)PetscSNPrintf(words, BASE_LINE, "%s: the mesh file is cut short (it does not end with an $End line); write it again", file);
+    if (!EndsSection(tail, fread(tail, 1, sizeof(tail), in))) (void)PetscSNPrintf(words, BASE_LINE, "%s: the mesh file is cut short (it does not end with an $End line); write it again", file);
   }
   fclose(in);
 }
