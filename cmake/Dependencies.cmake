@@ -7,6 +7,8 @@ if(DEFINED ENV{PETSC_DIR})
   set(ENV{PKG_CONFIG_PATH} "$ENV{PETSC_DIR}/$ENV{PETSC_ARCH}/lib/pkgconfig:$ENV{PETSC_DIR}/lib/pkgconfig:$ENV{PKG_CONFIG_PATH}")
 endif()
 pkg_check_modules(PETSC REQUIRED IMPORTED_TARGET PETSc>=3.18)
+find_package(LAPACK REQUIRED) # small eigenvalue problems call it through petscblaslapack.h; PETSc's .pc leaves it private
+target_link_libraries(PkgConfig::PETSC INTERFACE ${LAPACK_LIBRARIES})
 pkg_search_module(HDF5 REQUIRED IMPORTED_TARGET hdf5-openmpi hdf5-mpi)
 pkg_check_modules(YAML REQUIRED IMPORTED_TARGET yaml-0.1)
 pkg_check_modules(UDUNITS REQUIRED IMPORTED_TARGET udunits)

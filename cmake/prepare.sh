@@ -43,10 +43,10 @@ cleave_packages() {
   : >"$stamp"
 }
 
-# cleave_build ROOT PRESET: configure when there is no build tree, or it belongs to a tree that has moved; then ninja.
+# cleave_build ROOT PRESET [TARGET]: configure when there is no build tree, or it belongs to a tree that has moved; then ninja.
 # Quiet unless it fails. Two calls at once take turns.
 cleave_build() {
-  local root=$1 preset=$2
+  local root=$1 preset=$2 target=${3:-all}
   local tree="$root/build/$preset" log="$root/build/$preset.log" launcher=() jobs=()
   (
     flock 9
@@ -60,12 +60,12 @@ cleave_build() {
         exit 1
       fi
     fi
-    [ -e "$tree/.built" ] || echo "Building ($preset); the first time takes a few minutes" >&2
+    [ -e "$tree/.built-$target" ] || echo "Building ($preset); the first time takes a few minutes" >&2
     [ -z "${CLEAVE_JOBS:-}" ] || jobs=(-j "$CLEAVE_JOBS")
-    if ! ninja -C "$tree" "${jobs[@]}" >"$log" 2>&1; then
+    if ! ninja -C "$tree" "${jobs[@]}" "$target" >"$log" 2>&1; then
       cat "$log" >&2
       exit 1
     fi
-    : >"$tree/.built"
+    : >"$tree/.built-$target"
   ) 9>"$root/build/.lock" || exit 1
 }
