@@ -1,94 +1,16 @@
 /*
-  dem_cells.c - the power diagram clipped by the body, one cell at a time.
+  dem_cells.c - the power diagram clipped by the body: all cells, joined and checked.
 
-  A cell starts as a cube around its particle, is cut by the bisectors of ever farther neighbours until none can reach
-  it, and then by every convex piece of the body that it meets; the parts are summed. A cube whose own face survives
-  inside the body was too small and is doubled. Each cell is computed by itself in coordinates of its cube, so threads
-  share nothing and the order of work cannot show.  Eqs (3.1)-(3.3), docs/theory.md
+  Each cell is made by itself (dem_cells_one.c), so threads share nothing; runs of particles are joined in order. Both
+  particles of a facet make it, and must agree on its area; the lower one's is kept.  Eqs (3.1)-(3.3), docs/theory.md
 */
-#include "dem_body_impl.h"
 #include "dem_cells_impl.h"
-#include "dem_clip.h"
 #include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define PLANE_ID(k) (-10 - (k)) /* facet ids: >= 0 a neighbour, -1 .. -6 the cube, <= -10 plane k of the body */
-
-/* Particles sorted into a grid. */
-typedef struct {
-  PetscReal low[3], width, r_max;
-  PetscInt  m[3];
-  PetscInt *start, *item;
-} ParticleGrid;
-
-/* One facet piece of the cell in hand; corners at corner[3 * at ..]. */
-typedef struct {
-  PetscInt  q, at, n; /* q >= 0: neighbour; else -1 - face of the body */
-  PetscReal area, x[3], normal[3];
-} Piece;
-
-typedef struct {
-  PetscInt  p, q;
-  PetscReal area;
-} Mirror; /* what the higher particle thinks of a facet, to compare */
-
-/* The cell in one piece of the body. */
-typedef struct {
-  PetscInt  piece, root; /* root: lowest part it is joined with */
-  PetscReal volume;      /* in cube units */
-  PetscReal outside;     /* how far the particle's centre is outside this piece [m] */
-} Part;
-
-/* What one thread has made of its run of particles. */
-typedef struct {
-  PetscInt   n_facets, room_facets, n_walls, room_walls, n_corners, room_corners, n_mirrors, room_mirrors;
-  Piece     *facet; /* [n_facets] at: owner p; n: corners */
-  Piece     *wall;  /* [n_walls] at: owner */
-  PetscReal *corner; /* [n_corners][3] */
-  Mirror    *mirror;
-} Harvest;
-
-typedef struct {
-  PetscReal t;
-  PetscInt  q;
-} Candidate;
-
-/* A thread's tools. */
-typedef struct {
-  DemClip    whole, part;
-  Candidate *candidate;
-  Piece     *piece;
-  PetscReal *corner;
-  Part      *parts;
-  PetscInt  *stamp, *part_of; /* [pieces of the body]: last particle that met it, and as which part */
-  PetscInt   room_candidates, n_pieces, room_pieces, n_corners, room_corners, n_parts, room_parts;
-  PetscInt   other; /* second particle of a trouble */
-  Harvest    out;
-} Worker;
-
-typedef struct {
-  PetscReal volume, centroid[3], solid;
-  PetscBool cube; /* a face of the cube lies in the body */
-} Cell;
-
-/* Threads report trouble by code; the caller turns the first particle's into words. */
-typedef enum { FINE, NO_MEMORY, SAME_CENTRE, NO_CELL, APART } Trouble;
-
-static Trouble Grow(PetscInt need, size_t size, PetscInt *room, void *array)
-{
-  void *more;
-
-  if (need <= *room) return FINE;
-  need = PetscMax(need, 2 * *room);
-  more = realloc(*(void **)array, need * size);
-  if (!more) return NO_MEMORY;
-  *(void **)array = more;
-  *room           = need;
-  return FINE;
-}
-
-/* ---- neighbours ---- */
+#define FIRST_CUBE    1.5   /* half side / mean spacing */
+#define SUM_TOLERANCE 1e-10 /* of the body's volume */
 
 static PetscErrorCode ParticleGridCreate(const DemBody *body, const DemPacking *packing, ParticleGrid *g)
 {
@@ -129,310 +51,15 @@ static PetscErrorCode ParticleGridCreate(const DemBody *body, const DemPacking *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static int CompareCandidates(const void *a, const void *b)
+static int ComparePatches(const void *a, const void *b)
 {
-  const Candidate *c = a, *d = b;
-
-  return c->t != d->t ? (c->t > d->t) - (c->t < d->t) : (c->q > d->q) - (c->q < d->q);
-}
-
-/* Cut the cell of p (cube of half side h) by the bisectors with all others that can reach it.  Eq. (3.1) */
-static Trouble CutByNeighbours(const ParticleGrid *g, const DemPacking *packing, PetscInt p, PetscReal h, Worker *w, PetscBool *some)
-{
-  const PetscReal *x = &packing->x[3 * p], rp2 = packing->r[p] * packing->r[p];
-  PetscReal        reach = h * DemClipReach(&w->whole);
-  PetscInt         at[3], rings = 0;
-
-  for (PetscInt c = 0; c < 3; c++) {
-    at[c] = (PetscInt)PetscMax(0, PetscMin(g->m[c] - 1, PetscFloorReal((x[c] - g->low[c]) / g->width)));
-    rings = PetscMax(rings, PetscMax(at[c], g->m[c] - 1 - at[c]));
-  }
-  for (PetscInt ring = 0; ring <= rings && *some; ring++) {
-    PetscReal seen = PETSC_MAX_REAL; /* every particle nearer than this has been met */
-    PetscInt  n = 0, lo[3], hi[3];
-
-    for (PetscInt c = 0; c < 3; c++) {
-      lo[c] = PetscMax(0, at[c] - ring);
-      hi[c] = PetscMin(g->m[c] - 1, at[c] + ring);
-      if (at[c] - ring > 0) seen = PetscMin(seen, x[c] - (g->low[c] + lo[c] * g->width));
-      if (at[c] + ring < g->m[c] - 1) seen = PetscMin(seen, g->low[c] + (hi[c] + 1) * g->width - x[c]);
-    }
-    for (PetscInt z = lo[2]; z <= hi[2]; z++)
-      for (PetscInt y = lo[1]; y <= hi[1]; y++) {
-        const PetscInt shell = PetscAbsInt(z - at[2]) == ring || PetscAbsInt(y - at[1]) == ring;
-
-        for (PetscInt i = lo[0]; i <= hi[0]; i++) {
-          PetscInt cell;
-
-          if (!shell && i > at[0] - ring && i < at[0] + ring) {
-            i = at[0] + ring - 1; /* the middle of the row is done: on to its far end */
-            continue;
-          }
-          cell = (z * g->m[1] + y) * g->m[0] + i;
-          for (PetscInt k = g->start[cell]; k < g->start[cell + 1]; k++) {
-            const PetscInt   q = g->item[k];
-            const PetscReal *y2 = &packing->x[3 * q];
-            const PetscReal  d2 = PetscSqr(y2[0] - x[0]) + PetscSqr(y2[1] - x[1]) + PetscSqr(y2[2] - x[2]);
-            PetscReal        t;
-
-            if (q == p) continue;
-            if (!(d2 > 0)) {
-              w->other = q;
-              return SAME_CENTRE;
-            }
-            t = (d2 + rp2 - packing->r[q] * packing->r[q]) / (2 * PetscSqrtReal(d2)); /* signed distance of the bisector */
-            if (t >= reach) continue;
-            if (Grow(n + 1, sizeof(Candidate), &w->room_candidates, &w->candidate)) return NO_MEMORY;
-            w->candidate[n].t   = t;
-            w->candidate[n++].q = q;
-          }
-        }
-      }
-    qsort(w->candidate, n, sizeof(Candidate), CompareCandidates);
-    for (PetscInt k = 0; k < n && *some; k++) {
-      const PetscReal *y = &packing->x[3 * w->candidate[k].q];
-      PetscReal        normal[3], d;
-
-      if (w->candidate[k].t >= reach) break;
-      for (PetscInt c = 0; c < 3; c++) normal[c] = y[c] - x[c];
-      d = PetscSqrtReal(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-      for (PetscInt c = 0; c < 3; c++) normal[c] /= d;
-      if (DemClipCut(&w->whole, normal, w->candidate[k].t / h, w->candidate[k].q, some)) return NO_MEMORY;
-      if (*some && k % 8 == 7) reach = h * DemClipReach(&w->whole);
-    }
-    if (!*some) break;
-    reach = h * DemClipReach(&w->whole);
-    if (seen >= PETSC_MAX_REAL || (seen > 0 && (seen * seen + rp2 - g->r_max * g->r_max) / (2 * seen) >= reach)) break;
-  }
-  return FINE;
-}
-
-/* ---- the body ---- */
-
-/* The planes of a piece seen from x in cube units. False when one of them has all corners of the cell outside; else
-   cut [n_cut] are those that cut some corner off. */
-static PetscBool MeetsPiece(const DemBody *body, PetscInt piece, const PetscReal x[3], PetscReal h, PetscInt n_corners, const double *corner, PetscInt *n_cut, PetscInt *cut)
-{
-  *n_cut = 0;
-  for (PetscInt k = body->start[piece]; k < body->start[piece + 1]; k++) {
-    const PetscReal *n      = &body->plane[4 * k];
-    const PetscReal  offset = (n[3] - (n[0] * x[0] + n[1] * x[1] + n[2] * x[2])) / h;
-    PetscInt         out    = 0;
-
-    for (PetscInt c = 0; c < n_corners; c++) out += n[0] * corner[3 * c] + n[1] * corner[3 * c + 1] + n[2] * corner[3 * c + 2] >= offset;
-    if (out == n_corners) return PETSC_FALSE;
-    if (out) cut[(*n_cut)++] = k;
-  }
-  return PETSC_TRUE;
-}
-
-/* Cut by n planes of the body; plane NULL: all n of the only piece. */
-static Trouble CutByPlanes(const DemBody *body, PetscInt n, const PetscInt *plane, const PetscReal x[3], PetscReal h, DemClip *clip, PetscBool *some)
-{
-  const PetscReal reach = DemClipReach(clip);
-
-  for (PetscInt j = 0; j < n && *some; j++) {
-    const PetscInt   k      = plane ? plane[j] : j;
-    const PetscReal *m      = &body->plane[4 * k];
-    const PetscReal  offset = (m[3] - (m[0] * x[0] + m[1] * x[1] + m[2] * x[2])) / h;
-
-    if (offset < reach && DemClipCut(clip, m, offset, PLANE_ID(k), some)) return NO_MEMORY;
-  }
-  return FINE;
-}
-
-/* Sum the facets of one part into the cell: volume, centroid, sphere, facet pieces; note what faces the part meets. */
-static Trouble ReadPart(const DemBody *body, const DemPacking *packing, PetscInt p, PetscReal h, PetscInt part, DemClip *clip, Worker *w, Cell *cell)
-{
-  const PetscInt   dim = body->dim;
-  const PetscReal *x = &packing->x[3 * p], scale_area = dim == 2 ? h * body->thickness : h * h;
-  const int       *id, *start;
-  const double    *corner;
-  const PetscInt   n      = DemClipFacets(clip, &id, &start, &corner);
-  PetscReal        volume = 0, moment[3] = {0, 0, 0}, solid = 0;
-  PetscInt         kept = w->n_pieces;
-
-  for (PetscInt f = 0; f < n; f++) {
-    const double *v = &corner[3 * start[f]];
-    const int     m = start[f + 1] - start[f];
-    PetscReal     normal[3] = {0, 0, 0}, area = 0, mid[3] = {0, 0, 0}, height;
-
-    if (id[f] >= 0) {
-      PetscReal d = 0;
-
-      for (PetscInt c = 0; c < 3; c++) {
-        normal[c] = packing->x[3 * id[f] + c] - x[c];
-        d += normal[c] * normal[c];
-      }
-      d = PetscSqrtReal(d);
-      for (PetscInt c = 0; c < 3; c++) normal[c] /= d;
-    } else if (id[f] <= PLANE_ID(0)) {
-      for (PetscInt c = 0; c < 3; c++) normal[c] = body->plane[4 * (-10 - id[f]) + c];
-    } else {
-      normal[(-1 - id[f]) / 2] = (-1 - id[f]) % 2 ? 1 : -1;
-    }
-    if (dim == 2) {
-      area = PetscAbsReal(normal[0] * (v[4] - v[1]) - normal[1] * (v[3] - v[0]));
-      for (PetscInt c = 0; c < 2; c++) mid[c] = 0.5 * (v[c] + v[3 + c]);
-    } else {
-      for (int k = 1; k + 1 < m; k++) {
-        const double *a = &v[3 * k], *b = &v[3 * (k + 1)];
-        const double  e[3] = {a[0] - v[0], a[1] - v[1], a[2] - v[2]}, g[3] = {b[0] - v[0], b[1] - v[1], b[2] - v[2]};
-        const double  tri = 0.5 * (normal[0] * (e[1] * g[2] - e[2] * g[1]) + normal[1] * (e[2] * g[0] - e[0] * g[2]) + normal[2] * (e[0] * g[1] - e[1] * g[0]));
-
-        area += tri;
-        for (PetscInt c = 0; c < 3; c++) mid[c] += tri * (e[c] + g[c]) / 3; /* from v, so that small facets keep their digits */
-      }
-      for (PetscInt c = 0; c < 3; c++) mid[c] = v[c] + (area != 0 ? mid[c] / area : 0);
-      area = PetscAbsReal(area);
-    }
-    if (!(area > 0)) continue;
-    height = normal[0] * mid[0] + normal[1] * mid[1] + normal[2] * mid[2];
-    volume += area * height / dim;
-    for (PetscInt c = 0; c < 3; c++) moment[c] += area * height / (dim + 1) * mid[c];
-    solid += dim == 2 ? DemDiscInTriangle(v, normal, height, packing->r[p] / h) : DemBallInCone(m, v, normal, height, packing->r[p] / h);
-    if (id[f] < 0 && id[f] > PLANE_ID(0)) {
-      cell->cube = PETSC_TRUE;
-    } else if (id[f] >= 0 || body->face[-10 - id[f]] >= 0) {
-      Piece *piece;
-
-      if (Grow(w->n_pieces + 1, sizeof(Piece), &w->room_pieces, &w->piece)) return NO_MEMORY;
-      if (Grow(3 * (w->n_corners + m), sizeof(PetscReal), &w->room_corners, &w->corner)) return NO_MEMORY;
-      piece       = &w->piece[w->n_pieces++];
-      piece->q    = id[f] >= 0 ? id[f] : -1 - body->face[-10 - id[f]];
-      piece->area = area * scale_area;
-      piece->at   = w->n_corners;
-      piece->n    = m;
-      for (PetscInt c = 0; c < 3; c++) {
-        piece->normal[c] = normal[c];
-        piece->x[c]      = x[c] + h * mid[c];
-      }
-      for (int k = 0; k < m; k++, w->n_corners++)
-        for (PetscInt c = 0; c < 3; c++) w->corner[3 * w->n_corners + c] = x[c] + h * v[3 * k + c];
-    } else if (area > 1e-12) { /* open towards the next piece: join the two parts */
-      const PetscInt next = body->beyond[-10 - id[f]];
-
-      if (next >= 0 && w->stamp[next] == p) {
-        PetscInt a = part, b = w->part_of[next];
-
-        while (w->parts[a].root != a) a = w->parts[a].root;
-        while (w->parts[b].root != b) b = w->parts[b].root;
-        w->parts[PetscMax(a, b)].root = PetscMin(a, b);
-      }
-    }
-  }
-  if (!(volume > 1e-15)) { /* the cell only touches this piece */
-    w->n_pieces = kept;
-    return FINE;
-  }
-  w->parts[part].volume = volume;
-  cell->volume += volume * scale_area * h;
-  cell->solid += solid * scale_area * h;
-  for (PetscInt c = 0; c < 3; c++) cell->centroid[c] += moment[c] * scale_area * h * h;
-  return FINE;
-}
-
-static Trouble CutByBody(const DemBodySearch *search, const DemPacking *packing, PetscInt p, PetscReal h, Worker *w, Cell *cell)
-{
-  const DemBody   *body = search->body;
-  const PetscReal *x = &packing->x[3 * p], reach = DemClipReach(&w->whole);
-  const double    *corner;
-  const PetscInt   n_corners = DemClipCorners(&w->whole, &corner);
-  PetscInt         lo[3], hi[3], mine = -1, n_cut, cut[4]; /* a piece among several has at most 4 planes */
-
-  for (PetscInt c = 0; c < 3; c++) {
-    lo[c] = (PetscInt)PetscMax(0, PetscMin(search->m[c] - 1, PetscFloorReal((x[c] - h * reach - search->low[c]) / search->width)));
-    hi[c] = (PetscInt)PetscMax(0, PetscMin(search->m[c] - 1, PetscFloorReal((x[c] + h * reach - search->low[c]) / search->width)));
-  }
-  for (PetscInt l = lo[2]; l <= hi[2]; l++)
-    for (PetscInt j = lo[1]; j <= hi[1]; j++)
-      for (PetscInt i = lo[0]; i <= hi[0]; i++) {
-        const PetscInt bin = (l * search->m[1] + j) * search->m[0] + i;
-
-        for (PetscInt k = search->piece_start[bin]; k < search->piece_start[bin + 1]; k++) {
-          const PetscInt   piece = search->piece[k], part = w->n_parts;
-          const PetscReal *box   = &body->box[6 * piece];
-          PetscBool        some  = PETSC_TRUE;
-          PetscReal        gap   = 0;
-
-          if (w->stamp[piece] == p) continue;
-          for (PetscInt c = 0; c < 3; c++) gap = PetscMax(gap, PetscMax(box[c] - x[c], x[c] - box[3 + c]));
-          if (gap > h * reach) continue;
-          if (!MeetsPiece(body, piece, x, h, n_corners, corner, &n_cut, cut)) continue;
-          if (DemClipCopy(&w->part, &w->whole)) return NO_MEMORY;
-          if (CutByPlanes(body, n_cut, cut, x, h, &w->part, &some)) return NO_MEMORY;
-          if (!some) continue;
-          if (Grow(part + 1, sizeof(Part), &w->room_parts, &w->parts)) return NO_MEMORY;
-          w->n_parts++;
-          w->stamp[piece]        = p;
-          w->part_of[piece]      = part;
-          w->parts[part].piece   = piece;
-          w->parts[part].root    = part;
-          w->parts[part].volume  = 0;
-          w->parts[part].outside = 0;
-          for (PetscInt f = body->start[piece]; f < body->start[piece + 1]; f++) {
-            const PetscReal *n = &body->plane[4 * f];
-
-            w->parts[part].outside = PetscMax(w->parts[part].outside, n[0] * x[0] + n[1] * x[1] + n[2] * x[2] - n[3]);
-          }
-          if (ReadPart(body, packing, p, h, part, &w->part, w, cell)) return NO_MEMORY;
-        }
-      }
-  /* A part that is not joined through the body to the particle's own belongs to the far side of a notch. */
-  for (PetscInt k = 0; k < w->n_parts; k++)
-    if (w->parts[k].volume > 0 && (mine < 0 || w->parts[k].outside < w->parts[mine].outside)) mine = k;
-  while (mine >= 0 && w->parts[mine].root != mine) mine = w->parts[mine].root;
-  for (PetscInt k = 0; k < w->n_parts; k++) {
-    PetscInt root = k;
-
-    while (w->parts[root].root != root) root = w->parts[root].root;
-    if (root != mine && w->parts[k].volume > 1e-9) return APART;
-  }
-  return FINE;
-}
-
-/* The cell of p within the body, from a cube of half side h that grows while it is too small. */
-static Trouble MakeCell(const DemBodySearch *search, const ParticleGrid *grid, const DemPacking *packing, PetscInt p, PetscReal h, PetscReal h_max, Worker *w, Cell *cell)
-{
-  const DemBody   *body = search->body;
-  const PetscReal *x    = &packing->x[3 * p];
-
-  for (;; h *= 2) {
-    PetscBool some = PETSC_TRUE;
-    Trouble   trouble;
-
-    memset(cell, 0, sizeof(*cell));
-    w->n_pieces = w->n_corners = w->n_parts = 0;
-    DemClipBox(&w->whole);
-    if (body->n_pieces == 1 && CutByPlanes(body, body->start[1], NULL, x, h, &w->whole, &some)) return NO_MEMORY;
-    if (some && (trouble = CutByNeighbours(grid, packing, p, h, w, &some))) return trouble;
-    if (!some) return NO_CELL;
-    if (body->n_pieces == 1) {
-      if (Grow(1, sizeof(Part), &w->room_parts, &w->parts)) return NO_MEMORY;
-      if (ReadPart(body, packing, p, h, 0, &w->whole, w, cell)) return NO_MEMORY;
-    } else {
-      trouble = CutByBody(search, packing, p, h, w, cell);
-      for (PetscInt k = 0; k < w->n_parts; k++) w->stamp[w->parts[k].piece] = -1;
-      if (trouble && !(trouble == APART && cell->cube && h < h_max)) return trouble; /* a larger cube may join the parts */
-    }
-    if (!cell->cube || h >= h_max) break;
-  }
-  if (!(cell->volume > 0)) return NO_CELL;
-  for (PetscInt c = 0; c < 3; c++) cell->centroid[c] = x[c] + cell->centroid[c] / cell->volume;
-  return FINE;
-}
-
-/* ---- from pieces to facets ---- */
-
-static int ComparePieces(const void *a, const void *b)
-{
-  const Piece *f = a, *g = b;
+  const Patch *f = a, *g = b;
 
   return f->q != g->q ? (f->q > g->q) - (f->q < g->q) : (f->at > g->at) - (f->at < g->at);
 }
 
 /* Take in another piece of the same flat facet: area and centroid. */
-static void JoinPiece(Piece *to, const Piece *from)
+static void JoinPatch(Patch *to, const Patch *from)
 {
   const PetscReal area = to->area + from->area;
 
@@ -441,12 +68,12 @@ static void JoinPiece(Piece *to, const Piece *from)
 }
 
 /* Copy the corners of pieces first .. last: one polygon as it is, several each closed by its first corner; 2D: the far ends. */
-static Trouble HarvestCorners(PetscInt dim, const Worker *w, const Piece *first, const Piece *last, Harvest *out, PetscInt *n)
+static Trouble HarvestCorners(PetscInt dim, const Worker *w, const Patch *first, const Patch *last, Harvest *out, PetscInt *n)
 {
   const PetscInt begin = out->n_corners, closed = dim == 3 && last > first;
 
-  for (const Piece *piece = first; piece <= last; piece++) {
-    if (Grow(3 * (out->n_corners + piece->n + 1), sizeof(PetscReal), &out->room_corners, &out->corner)) return NO_MEMORY;
+  for (const Patch *piece = first; piece <= last; piece++) {
+    if (DemCellGrow(3 * (out->n_corners + piece->n + 1), sizeof(PetscReal), &out->room_corners, &out->corner)) return NO_MEMORY;
     memcpy(&out->corner[3 * out->n_corners], &w->corner[3 * piece->at], 3 * piece->n * sizeof(PetscReal));
     out->n_corners += piece->n;
     if (closed) memcpy(&out->corner[3 * out->n_corners++], &w->corner[3 * piece->at], 3 * sizeof(PetscReal));
@@ -472,19 +99,19 @@ static Trouble HarvestCell(PetscInt dim, PetscInt p, Worker *w)
 {
   Harvest *out = &w->out;
 
-  qsort(w->piece, w->n_pieces, sizeof(Piece), ComparePieces);
-  for (PetscInt k = 0, m; k < w->n_pieces; k += m) {
-    Piece joined = w->piece[k];
+  qsort(w->patch, w->n_patches, sizeof(Patch), ComparePatches);
+  for (PetscInt k = 0, m; k < w->n_patches; k += m) {
+    Patch joined = w->patch[k];
 
-    for (m = 1; k + m < w->n_pieces && w->piece[k + m].q == joined.q; m++) { }
+    for (m = 1; k + m < w->n_patches && w->patch[k + m].q == joined.q; m++) { }
     if (joined.q >= 0) {
-      for (PetscInt j = 1; j < m; j++) JoinPiece(&joined, &w->piece[k + j]);
+      for (PetscInt j = 1; j < m; j++) JoinPatch(&joined, &w->patch[k + j]);
       if (joined.q < p) {
-        if (Grow(out->n_mirrors + 1, sizeof(Mirror), &out->room_mirrors, &out->mirror)) return NO_MEMORY;
+        if (DemCellGrow(out->n_mirrors + 1, sizeof(Mirror), &out->room_mirrors, &out->mirror)) return NO_MEMORY;
         out->mirror[out->n_mirrors++] = (Mirror){.p = joined.q, .q = p, .area = joined.area};
       } else {
-        if (HarvestCorners(dim, w, &w->piece[k], &w->piece[k + m - 1], out, &joined.n)) return NO_MEMORY;
-        if (Grow(out->n_facets + 1, sizeof(Piece), &out->room_facets, &out->facet)) return NO_MEMORY;
+        if (HarvestCorners(dim, w, &w->patch[k], &w->patch[k + m - 1], out, &joined.n)) return NO_MEMORY;
+        if (DemCellGrow(out->n_facets + 1, sizeof(Patch), &out->room_facets, &out->facet)) return NO_MEMORY;
         joined.at                   = p;
         out->facet[out->n_facets++] = joined;
       }
@@ -495,7 +122,7 @@ static Trouble HarvestCell(PetscInt dim, PetscInt p, Worker *w)
         PetscInt same;
 
         for (same = first; same < out->n_walls; same++) {
-          const Piece *a = &out->wall[same], *b = &w->piece[j];
+          const Patch *a = &out->wall[same], *b = &w->patch[j];
           PetscReal    turn = 0, step = 0;
 
           for (PetscInt c = 0; c < 3; c++) {
@@ -505,10 +132,10 @@ static Trouble HarvestCell(PetscInt dim, PetscInt p, Worker *w)
           if (turn < 1e-18 && PetscAbsReal(step) < 1e-9 * PetscSqrtReal(a->area + b->area)) break;
         }
         if (same < out->n_walls) {
-          JoinPiece(&out->wall[same], &w->piece[j]);
+          JoinPatch(&out->wall[same], &w->patch[j]);
         } else {
-          if (Grow(out->n_walls + 1, sizeof(Piece), &out->room_walls, &out->wall)) return NO_MEMORY;
-          out->wall[out->n_walls]    = w->piece[j];
+          if (DemCellGrow(out->n_walls + 1, sizeof(Patch), &out->room_walls, &out->wall)) return NO_MEMORY;
+          out->wall[out->n_walls]    = w->patch[j];
           out->wall[out->n_walls].at = p;
           out->n_walls++;
         }
@@ -518,14 +145,12 @@ static Trouble HarvestCell(PetscInt dim, PetscInt p, Worker *w)
   return FINE;
 }
 
-/* ---- all cells ---- */
-
 static void WorkerFree(Worker *w)
 {
   DemClipDestroy(&w->whole);
   DemClipDestroy(&w->part);
   free(w->candidate);
-  free(w->piece);
+  free(w->patch);
   free(w->corner);
   free(w->parts);
   free(w->stamp);
@@ -534,38 +159,41 @@ static void WorkerFree(Worker *w)
   free(w->out.wall);
   free(w->out.corner);
   free(w->out.mirror);
+  for (PetscInt k = 0; k < w->out.n_orphans; k++) DemClipDestroy(&w->out.orphan[k].clip);
+  free(w->out.orphan);
+  free(w->moved);
+  memset(w, 0, sizeof(*w));
 }
 
 /* Each thread takes one run of particles; joining the runs in order gives the same arrays for any number of threads. */
-static PetscErrorCode MakeCells(const DemBodySearch *search, const ParticleGrid *grid, const DemPacking *packing, PetscReal h, PetscReal h_max, PetscInt n_workers, Worker *worker,
-                                DemCells *cells, PetscReal *solid)
+static PetscErrorCode MakeCells(const CellScene *scene, PetscInt n_workers, Worker *worker, DemCells *cells, PetscReal *solid)
 {
-  const PetscInt n = packing->n, dim = search->body->dim;
-  PetscInt       bad = n, bad_other = -1;
-  Trouble        kind = FINE;
+  const DemPacking *packing = scene->packing;
+  const PetscInt    n = packing->n, dim = scene->search->body->dim, pieces = scene->search->body->n_pieces;
+  PetscInt          bad = n, bad_other = -1;
+  Trouble           kind = FINE;
 
   PetscFunctionBegin;
 #pragma omp parallel for schedule(static, 1) num_threads((int)n_workers)
   for (PetscInt t = 0; t < n_workers; t++) {
     Worker        *w       = &worker[t];
-    const PetscInt first   = (PetscInt)((PetscInt64)n * t / n_workers), end = (PetscInt)((PetscInt64)n * (t + 1) / n_workers), pieces = search->body->n_pieces;
+    const PetscInt end     = (PetscInt)((PetscInt64)n * (t + 1) / n_workers);
+    PetscInt       p       = (PetscInt)((PetscInt64)n * t / n_workers);
     Trouble        trouble = DemClipCreate(dim, &w->whole) || DemClipCreate(dim, &w->part) ? NO_MEMORY : FINE;
-    PetscInt       p       = first;
 
     w->stamp   = malloc(pieces * sizeof(PetscInt));
     w->part_of = malloc(pieces * sizeof(PetscInt));
     if (!w->stamp || !w->part_of) trouble = NO_MEMORY;
     for (PetscInt k = 0; k < pieces && !trouble; k++) w->stamp[k] = -1;
-    while (!trouble && p < end) {
+    for (; p < end && !trouble; p++) {
       Cell cell;
 
-      trouble = MakeCell(search, grid, packing, p, h, h_max, w, &cell);
+      trouble = DemCellMake(scene, p, w, &cell);
       if (!trouble) trouble = HarvestCell(dim, p, w);
       if (trouble) break;
       cells->volume[p] = cell.volume;
       for (PetscInt c = 0; c < 3; c++) cells->centroid[3 * p + c] = cell.centroid[c];
       if (solid) solid[p] = cell.solid;
-      p++;
     }
     if (trouble) {
 #pragma omp critical
@@ -576,19 +204,15 @@ static PetscErrorCode MakeCells(const DemBodySearch *search, const ParticleGrid 
       }
     }
   }
-  {
-    const PetscReal *x = &packing->x[3 * PetscMin(bad, n - 1)], r = packing->r[PetscMin(bad, n - 1)];
+  if (kind != FINE) {
+    const PetscReal *x = &packing->x[3 * bad];
 
     PetscCheck(kind != NO_MEMORY, PETSC_COMM_SELF, PETSC_ERR_MEM, "No memory for the cells of %" PetscInt_FMT " particles", n);
     BaseCheckInput(kind != SAME_CENTRE, PETSC_COMM_SELF, "Particles %" PetscInt_FMT " and %" PetscInt_FMT " have the same centre (%g, %g, %g) m; remove one", bad, bad_other,
                    (double)x[0], (double)x[1], (double)x[2]);
     BaseCheckInput(kind != NO_CELL, PETSC_COMM_SELF,
                    "Particle %" PetscInt_FMT " at (%g, %g, %g) m with radius %g m has no cell: it lies outside the body or hidden by larger neighbours; remove it or change its radius",
-                   bad, (double)x[0], (double)x[1], (double)x[2], (double)r);
-    BaseCheckInput(kind != APART, PETSC_COMM_SELF,
-                   "The notch is narrower than the particles beside it allow: the cell of particle %" PetscInt_FMT " at (%g, %g, %g) m with radius %g m reaches across; use smaller "
-                   "particles or a wider notch",
-                   bad, (double)x[0], (double)x[1], (double)x[2], (double)r);
+                   bad, (double)x[0], (double)x[1], (double)x[2], (double)packing->r[bad]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -682,43 +306,70 @@ static PetscErrorCode CheckMirrors(PetscInt n_workers, const Worker *worker, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode CheckInput(const DemPacking *packing)
+{
+  PetscFunctionBegin;
+  BaseCheckInput(packing->n > 0, PETSC_COMM_SELF, "A packing without particles has no cells");
+  for (PetscInt p = 0; p < packing->n; p++) {
+    const PetscReal *x = &packing->x[3 * p], r = packing->r[p];
+
+    BaseCheckInput(r > 0 && !PetscIsInfOrNanReal(r + x[0] + x[1] + x[2]), PETSC_COMM_SELF,
+                   "Particle %" PetscInt_FMT " at (%g, %g, %g) m with radius %g m: centres are finite and radii above 0", p, (double)x[0], (double)x[1], (double)x[2], (double)r);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemCellsBuild(const DemBody *body, const DemPacking *packing, DemCells *cells, PetscReal *solid)
 {
-  const PetscInt  n = packing->n, dim = body->dim;
+  const PetscInt  n = packing->n, dim = body->dim, n_workers = PetscMin(PetscMax(n, 1), omp_get_max_threads());
   const PetscReal total = DemBodyVolume(body), spacing = PetscPowReal(total / body->thickness / PetscMax(n, 1), 1. / dim);
   PetscReal       h_max = 0, sum = 0;
   ParticleGrid    grid;
   DemBodySearch   search;
-  PetscInt        n_workers = PetscMin(n, omp_get_max_threads());
+  Estate          estate = {0};
   Worker         *worker;
+  CellScene       scene  = {.search = &search, .grid = &grid, .packing = packing};
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(cells, sizeof(*cells)));
-  BaseCheckInput(n > 0, PETSC_COMM_SELF, "A packing without particles has no cells");
-  for (PetscInt p = 0; p < n; p++)
-    BaseCheckInput(packing->r[p] > 0 && !PetscIsInfOrNanReal(packing->r[p] + packing->x[3 * p] + packing->x[3 * p + 1] + packing->x[3 * p + 2]), PETSC_COMM_SELF,
-                   "Particle %" PetscInt_FMT " at (%g, %g, %g) m with radius %g m: centres are finite and radii above 0", p, (double)packing->x[3 * p],
-                   (double)packing->x[3 * p + 1], (double)packing->x[3 * p + 2], (double)packing->r[p]);
+  PetscCall(CheckInput(packing));
   for (PetscInt p = 0; p < n; p++)
     for (PetscInt c = 0; c < dim; c++)
       h_max = PetscMax(h_max, PetscMax(PetscAbsReal(packing->x[3 * p + c] - body->low[c]), PetscAbsReal(packing->x[3 * p + c] - body->high[c])));
-  h_max *= 1.01;
-  cells->n = n;
+  scene.h_max = 1.01 * h_max;
+  cells->n    = n;
   PetscCall(PetscMalloc1(n, &cells->volume));
   PetscCall(PetscMalloc1(3 * n, &cells->centroid));
   PetscCall(ParticleGridCreate(body, packing, &grid));
-  PetscCall(DemBodySearchCreate(body, 0, spacing, &search));
+  PetscCall(DemBodySearchCreate(body, body->n_pieces > 1 ? 1.2 * spacing : 0, spacing, &search));
   PetscCall(PetscCalloc1(n_workers, &worker));
-  /* A part of a cell across a void wider than the first cube is missing from the sum: then every cube spans the body. */
-  for (PetscInt pass = 0; pass < 2; pass++) {
-    for (PetscInt t = 0; t < n_workers; t++) WorkerFree(&worker[t]);
-    PetscCall(PetscArrayzero(worker, n_workers));
-    PetscCall(MakeCells(&search, &grid, packing, pass ? h_max : PetscMin(h_max, 1.5 * spacing), h_max, n_workers, worker, cells, solid));
+  /* First pass: cells as they are, and parts across notches. Second, if there were such parts: with the parts shared
+     out. A part beyond a void wider than the first cube is missing from the sum: then once more with cubes that span
+     the body. */
+  for (PetscInt wide = 0; wide < 2; wide++) {
+    PetscInt orphans = 0;
+
+    scene.h      = wide ? scene.h_max : PetscMin(scene.h_max, FIRST_CUBE * spacing);
+    scene.estate = NULL;
+    PetscCall(MakeCells(&scene, n_workers, worker, cells, solid));
     sum = 0;
     for (PetscInt p = 0; p < n; p++) sum += cells->volume[p];
-    if (PetscAbsReal(sum - total) <= 1e-9 * total) break;
+    if (PetscAbsReal(sum - total) <= SUM_TOLERANCE * total) {
+      for (PetscInt t = 0; t < n_workers; t++) orphans += worker[t].out.n_orphans;
+      if (orphans) {
+        PetscCall(DemEstateCreate(&scene, n_workers, worker, &estate));
+        for (PetscInt t = 0; t < n_workers; t++) WorkerFree(&worker[t]);
+        scene.estate = &estate;
+        PetscCall(MakeCells(&scene, n_workers, worker, cells, solid));
+        PetscCall(DemEstateDestroy(&estate));
+        sum = 0;
+        for (PetscInt p = 0; p < n; p++) sum += cells->volume[p];
+      }
+      break;
+    }
+    for (PetscInt t = 0; t < n_workers && !wide; t++) WorkerFree(&worker[t]);
   }
-  PetscCheck(PetscAbsReal(sum - total) <= 1e-9 * total, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The cells fill %.12g m3 of a body of %.12g m3%s", (double)sum, (double)total,
+  PetscCheck(PetscAbsReal(sum - total) <= SUM_TOLERANCE * total, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The cells fill %.12g m3 of a body of %.12g m3%s", (double)sum, (double)total,
              body->n_pieces > 1 ? "; do cells of the mesh overlap?" : "");
   PetscCall(JoinHarvests(n_workers, worker, cells));
   PetscCall(CheckMirrors(n_workers, worker, cells, 1e-9 * total / n / spacing));
