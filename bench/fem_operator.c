@@ -1,0 +1,90 @@
+/*
+  fem_operator.c - seconds per element and step of explicit runs, by assembled rows and element by element.
+
+  bench/fem_operator [cells a side, default 40] [steps, default 200] [threads, default 1] [file.geo]
+  Boxes of hex8 and of tet4 (Kuhn), and the tetrahedra gmsh makes of file.geo when one is given. Prints medians of five.
+*/
+#include "fem.h"
+#include <petsctime.h>
+#include <stdlib.h>
+
+static int ByReal(const void *a, const void *b)
+{
+  const PetscReal p = *(const PetscReal *)a, q = *(const PetscReal *)b;
+
+  return p < q ? -1 : p > q;
+}
+
+static PetscErrorCode Time(const Mesh *mesh, const char *what, PetscBool elements, PetscInt steps, PetscInt threads)
+{
+  const FemMaterial m    = {2400, 30e9, 0.2};
+  const PetscReal   v[3] = {1, 2, 3};
+  FemModel          model;
+  Stepper           s;
+  PetscLogDouble    begin, end, setup;
+  PetscReal         dt, seconds[5];
+  PetscInt          nodes, cells;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsSetValue(NULL, "-fem_elements", elements ? "1" : "0"));
+  PetscCall(PetscTime(&begin));
+  PetscCall(FemModelCreate(PETSC_COMM_WORLD, &model));
+  PetscCall(FemModelSetKind(model, FEM_SOLID, 1));
+  PetscCall(FemModelSetMethod(model, FEM_EXPLICIT));
+  PetscCall(FemModelSetThreads(model, threads));
+  PetscCall(FemModelSetMesh(model, mesh));
+  PetscCall(FemModelAddMaterial(model, "", &m));
+  PetscCall(FemModelSetInitialVelocity(model, v));
+  PetscCall(FemModelSetUp(model));
+  PetscCall(PetscTime(&setup));
+  PetscCall(FemModelGetStableStep(model, &dt));
+  PetscCall(PetscTime(&end));
+  setup -= begin;
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%-14s %-9s set-up %.2f s, stable step %.2f s, ", what, elements ? "elements" : "rows", setup, end - begin - setup));
+  PetscCall(FemModelGetCounts(model, &nodes, &cells, NULL));
+  PetscCall(FemModelGetStepper(model, &s));
+  for (PetscInt k = 0; k < 5; k++) {
+    PetscCall(PetscTime(&begin));
+    for (PetscInt j = 0; j < steps; j++) PetscCall(s.step(s.ctx, (k * steps + j) * dt, dt));
+    PetscCall(PetscTime(&end));
+    seconds[k] = end - begin;
+  }
+  qsort(seconds, 5, sizeof(PetscReal), ByReal);
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d nodes, %d elements: %.4f us per element and step\n", (int)nodes, (int)cells, (double)(1e6 * seconds[2] / steps / cells)));
+  PetscCall(FemModelDestroy(&model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Both(Mesh *mesh, const char *what, PetscInt steps, PetscInt threads)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Time(mesh, what, PETSC_FALSE, steps, threads));
+  PetscCall(Time(mesh, what, PETSC_TRUE, steps, threads));
+  PetscCall(MeshDestroy(mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  const PetscReal origin[3] = {0, 0, 0}, length[3] = {1, 1, 1};
+  PetscInt        side, steps, threads, n[3];
+  Mesh            mesh;
+
+  PetscCall(BaseInitialize(&argc, &argv));
+  PetscFunctionBeginUser;
+  side    = argc > 1 ? atoi(argv[1]) : 40;
+  steps   = argc > 2 ? atoi(argv[2]) : 200;
+  threads = argc > 3 ? atoi(argv[3]) : 1;
+  n[0] = n[1] = n[2] = side;
+  PetscCall(MeshCreateBox(PETSC_COMM_WORLD, "body", MESH_HEX8, origin, length, n, &mesh));
+  PetscCall(Both(&mesh, "hex8 box", steps, threads));
+  PetscCall(MeshCreateBox(PETSC_COMM_WORLD, "body", MESH_TET4, origin, length, n, &mesh));
+  PetscCall(Both(&mesh, "tet4 box", steps, threads));
+  if (argc > 4) {
+    const MeshOptions options = {3, 1.0 / side, 1, 1, PETSC_FALSE};
+
+    PetscCall(MeshRead(PETSC_COMM_WORLD, argv[4], &options, &mesh));
+    PetscCall(Both(&mesh, "tet4 gmsh", steps, threads));
+  }
+  PetscFunctionReturn(BaseFinalize());
+}
