@@ -44,9 +44,10 @@ PetscErrorCode DemModelSetMaterial(DemModel model, const DemMaterial *material);
 PetscErrorCode DemModelSetStrength(DemModel model, const DemStrength *strength); /* without it bonds never break */
 PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPacking *packing, const DemCells *cells); /* copies */
 PetscErrorCode DemModelSetBreakable(DemModel model, const PetscBool breakable[]); /* [facets of the cells]; default: all */
-/* For a coupling, before set-up: weight of each particle's mass and volumetric energy [packing's order], of each facet's pair energy. */
-PetscErrorCode DemModelSetWeights(DemModel model, const PetscReal particle[], const PetscReal facet[]);
+/* For a coupling, before set-up: weight of each particle's mass and of its volumetric energy [packing's order], of each facet's pair energy. */
+PetscErrorCode DemModelSetWeights(DemModel model, const PetscReal mass[], const PetscReal volume[], const PetscReal facet[]);
 /* A face that is no surface: the body goes on as another model, whose motion completes the dilation of the cells behind it.  Eq. (6.6) */
+PetscErrorCode DemModelFindFace(DemModel model, const char *name, PetscInt *face); /* -1 when absent */
 PetscErrorCode DemModelSetRim(DemModel model, const char *face);
 PetscErrorCode DemModelSetBonded(DemModel model, PetscBool bonded); /* default true */
 

@@ -127,7 +127,7 @@ struct _p_DemModel {
   PetscBool   cohesive;
   DemStrength strength;
   PetscBool  *breakable; /* [facets], NULL = all */
-  PetscReal  *weight_particle, *weight_facet; /* as given, packing's and cells' order; NULL = 1 */
+  PetscReal  *weight_mass, *weight_volume, *weight_facet; /* as given, packing's and cells' order; NULL = 1 */
   DemCrackState crack;   /* empty unless cohesive */
   PetscReal   g_shear, lambda; /* [Pa]; lambda of plane stress in plane stress.  Eq. (4.1) */
   PetscReal   alpha;           /* local damping */

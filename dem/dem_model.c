@@ -136,11 +136,12 @@ PetscErrorCode DemModelSetBonded(DemModel model, PetscBool bonded)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode DemModelSetWeights(DemModel model, const PetscReal particle[], const PetscReal facet[])
+PetscErrorCode DemModelSetWeights(DemModel model, const PetscReal mass[], const PetscReal volume[], const PetscReal facet[])
 {
   PetscFunctionBegin;
-  PetscCheck(model->packing.n && !model->ready && !model->weight_particle, model->comm, PETSC_ERR_ORDER, "Weights are given once, between DemModelSetBody() and DemModelSetUp()");
-  PetscCall(CopyReals(model->packing.n, particle, &model->weight_particle));
+  PetscCheck(model->packing.n && !model->ready && !model->weight_mass, model->comm, PETSC_ERR_ORDER, "Weights are given once, between DemModelSetBody() and DemModelSetUp()");
+  PetscCall(CopyReals(model->packing.n, mass, &model->weight_mass));
+  PetscCall(CopyReals(model->packing.n, volume, &model->weight_volume));
   PetscCall(CopyReals(model->cells.n_facets, facet, &model->weight_facet));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -203,6 +204,11 @@ PetscErrorCode DemModelAddPressure(DemModel model, const char *face, const Table
   f->pressed = PETSC_TRUE;
   PetscCall(TableCopy(table, &f->pressure));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelFindFace(DemModel model, const char *name, PetscInt *face)
+{
+  return DemBodyFindFace(&model->body, name, face);
 }
 
 PetscErrorCode DemModelSetRim(DemModel model, const char *face)
@@ -364,7 +370,8 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
   PetscCall(PetscFree7(model->walls.start, model->walls.face, model->walls.kind, model->walls.area, model->walls.h, model->walls.arm, model->walls.normal));
   PetscCall(PetscFree(model->walls.owner));
   PetscCall(PetscFree4(model->walls.rim, model->walls.rim_x, model->walls.rim_u, model->walls.rim_f));
-  PetscCall(PetscFree(model->weight_particle));
+  PetscCall(PetscFree(model->weight_mass));
+  PetscCall(PetscFree(model->weight_volume));
   PetscCall(PetscFree(model->weight_facet));
   PetscCall(PetscFree(model->traction_old));
   PetscCall(PetscFree(model->traction_new));

@@ -67,15 +67,15 @@ PetscErrorCode DemSetUpOrder_Internal(DemModel model)
       if (model->bonded) model->offset[d * n + p] = cells->centroid[3 * k + d] - model->packing.x[3 * k + d];
     }
     model->volume[p] = model->vstar[p] = V;
-    model->mass[p]   = model->material.density * V * (model->weight_particle ? model->weight_particle[k] : 1);
+    model->mass[p]   = model->material.density * V * (model->weight_mass ? model->weight_mass[k] : 1);
     /* A sphere (2D: disc) of the cell's volume: isotropic, so angular momentum is exact. */
     if (dim == 3) model->inertia[p] = 0.4 * model->mass[p] * PetscPowReal(0.75 * V / PETSC_PI, 2.0 / 3.0);
     else model->inertia[p] = 0.5 * model->mass[p] * V / (model->body.thickness * PETSC_PI);
     if (dim == 3) model->rot[p] = 1;
   }
-  if (model->weight_particle) {
+  if (model->weight_volume) {
     PetscCall(PetscMalloc1(n, &model->share));
-    for (PetscInt p = 0; p < n; p++) model->share[p] = model->weight_particle[model->at[p]];
+    for (PetscInt p = 0; p < n; p++) model->share[p] = model->weight_volume[model->at[p]];
   }
   PetscCall(PetscFree(place));
   PetscFunctionReturn(PETSC_SUCCESS);

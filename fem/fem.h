@@ -46,6 +46,9 @@ PetscErrorCode FemModelSetThreads(FemModel model, PetscInt threads);
 /* A history quantity over a group: "reaction", "displacement" (mean), "velocity" (mean). One column per component. */
 PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const char *group);
 
+/* For a coupling, before set-up: share of each element's stiffness and mass, > 0, in the mesh's order of top-dimension cells. */
+PetscErrorCode FemModelSetCellWeights(FemModel model, const PetscReal weight[]);
+
 PetscErrorCode FemModelSetUp(FemModel model);
 
 /* Explicit: 2/omega_max by power iteration to 1 %, and the rigorous element bound that never exceeds it.

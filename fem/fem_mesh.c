@@ -64,6 +64,10 @@ static PetscErrorCode BuildPlex(FemModel model, const FemBody *body, DM *plex)
     PetscInt cone[FEM_MAX_NODES];
 
     for (PetscInt k = body->start[c]; k < body->start[c + 1]; k++) cone[k - body->start[c]] = nc + body->node[k];
+    if (body->start[c + 1] - body->start[c] == 8) { /* a plex hexahedron's first side is seen from outside, gmsh's from inside; else its sides are wrong */
+      cone[1] = nc + body->node[body->start[c] + 3];
+      cone[3] = nc + body->node[body->start[c] + 1];
+    }
     PetscCall(DMPlexSetCone(dm, c, cone));
   }
   PetscCall(DMPlexSymmetrize(dm));

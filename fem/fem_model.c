@@ -264,6 +264,18 @@ PetscErrorCode FemModelSetUp(FemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode FemModelSetCellWeights(FemModel model, const PetscReal weight[])
+{
+  PetscFunctionBegin;
+  PetscCheck(model && model->has_mesh && !model->ready, PETSC_COMM_SELF, PETSC_ERR_ORDER, "Element weights are given between FemModelSetMesh() and FemModelSetUp()");
+  for (PetscInt c = 0; c < model->N_cells; c++)
+    PetscCheck(weight[c] > 0, model->comm, PETSC_ERR_ARG_OUTOFRANGE, "Weight %.6g of element %" PetscInt_FMT " must be positive", (double)weight[c], c);
+  PetscCall(PetscFree(model->cell_weight));
+  PetscCall(PetscMalloc1(model->N_cells, &model->cell_weight));
+  PetscCall(PetscArraycpy(model->cell_weight, weight, model->N_cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FemModelGetState(FemModel model, FemState *state)
 {
   PetscFunctionBegin;
@@ -319,6 +331,7 @@ PetscErrorCode FemModelDestroy(FemModel *model)
   PetscCall(PetscFree(m->law));
   PetscCall(PetscFree(m->fixed));
   PetscCall(PetscFree(m->fixed_dof));
+  PetscCall(PetscFree(m->cell_weight));
   PetscCall(PetscFree(m->mass));
   PetscCall(PetscFree(m->load_value));
   PetscCall(PetscFree5(m->u, m->v, m->f_int, m->f_app, m->f_ext));

@@ -134,12 +134,15 @@ PetscErrorCode FemSetUpFixes(FemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Gradients, and the weights of the points: with the element's share where it has one, so that stiffness and mass carry it alike. */
 void FemCellGeometry(FemModel model, PetscInt cell, PetscReal *dN, PetscReal *w)
 {
   PetscReal x[FEM_MAX_DOFS];
 
   FemCellGather(model, cell, model->x, x);
   (void)FemGradients(FemShapeGet((MeshCellType)model->cell_type[cell]), x, model->thickness, dN, w); /* shapes were checked with the mesh */
+  if (model->cell_weight)
+    for (PetscInt g = 0; g < FemShapeGet((MeshCellType)model->cell_type[cell])->points; g++) w[g] *= model->cell_weight[model->cell_gid[cell]];
 }
 
 void FemCellGather(FemModel model, PetscInt cell, const PetscReal *u, PetscReal *ue)

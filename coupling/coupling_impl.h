@@ -1,0 +1,75 @@
+/* coupling_impl.h - inside a CouplingModel. */
+#pragma once
+#include "coupling.h"
+#include "fem_element.h"
+
+#define COUPLING_VOIGT 6
+
+/* A point of the rest state seen from an element. */
+typedef struct {
+  PetscInt  cell;            /* of split->fem's top cells */
+  PetscInt  n;
+  PetscInt  node[FEM_MAX_NODES];
+  PetscReal N[FEM_MAX_NODES];
+  PetscReal dN[FEM_MAX_NODES][3]; /* [1/m] */
+} CouplingPoint;
+
+/* One particle of the overlap.  Eqs (6.3)-(6.5) */
+typedef struct {
+  PetscInt      p;      /* in the particle model's order */
+  CouplingPoint at;
+  PetscReal     c;      /* m-bar c_i: P = c / dt^2 [kg] */
+  PetscReal     F[3][COUPLING_VOIGT], M[3][COUPLING_VOIGT]; /* net force [N], moment [N m] per unit strain (engineering Voigt) */
+} CouplingParticle;
+
+struct _p_CouplingModel {
+  MPI_Comm             comm;
+  const CouplingSplit *split;
+  CouplingOptions      options;
+  FemModel             fem;
+  DemModel             dem;
+  PetscInt             dim, ns; /* ns: 3 or 6 strain components */
+  PetscReal            thickness, lambda, mu;
+  PetscBool            ready;
+
+  PetscInt  n_top;     /* top cells of the element mesh */
+  PetscInt *top;       /* [n_top] their number among all cells of the mesh */
+  PetscReal *alpha;    /* [n_top] share of each element */
+
+  PetscInt          n_particles, overlap_bonds;
+  CouplingParticle *particle;
+  PetscInt          n_rim;
+  CouplingPoint    *rim;        /* [n_rim] in the particle model's order */
+  PetscInt          n_edge;
+  CouplingPoint    *edge;       /* [n_edge] the same facets in the cells' order, with */
+  PetscReal        *edge_pull;  /* [n_edge][3] particle weight x area x normal [m2] */
+
+  PetscInt   n_overlap;     /* elements of the overlap */
+  PetscInt  *overlap;       /* [n_overlap] top cells */
+  PetscReal *K;             /* [n_overlap][24*24] fitted stiffness beyond alpha C [N/m] */
+  PetscReal *X;             /* [n_overlap][FEM_MAX_POINTS][36] its constitutive matrices [Pa] */
+  PetscReal *g;             /* [nodes*dim] forces on the nodes [N] */
+
+  PetscReal      dt;        /* step that P belongs to, 0 = none yet */
+  CouplingReport report;
+
+  Stepper    fem_stepper, dem_stepper;
+  PetscInt   n_history;
+  const char **history_name, **history_unit;
+};
+
+/* coupling_locate.c */
+PetscErrorCode CouplingShapes_Internal(MeshCellType type, const PetscReal *x, PetscInt dim, const PetscReal point[3], PetscReal N[FEM_MAX_NODES], PetscReal dN[FEM_MAX_NODES][3], PetscReal *outside);
+PetscErrorCode CouplingLocate_Internal(CouplingModel model, const PetscReal point[3], PetscReal tolerance, PetscBool *found, CouplingPoint *at);
+PetscReal      CouplingWeight_Internal(CouplingModel model, const CouplingPoint *at); /* alpha with floor */
+
+/* coupling_fit.c */
+PetscErrorCode CouplingFit_Internal(CouplingModel model);
+/* coupling_force.c */
+PetscErrorCode CouplingForces_Internal(CouplingModel model);
+PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, PetscReal *strain);
+
+static inline const Mesh *CouplingMesh(CouplingModel model)
+{
+  return &model->split->fem;
+}

@@ -1,0 +1,292 @@
+/* coupling_model.c - making a CouplingModel, and the weights it gives to both sides.  Eqs (6.1)-(6.5) */
+#include "coupling_impl.h"
+
+PetscErrorCode CouplingModelCreate(MPI_Comm comm, CouplingModel *model)
+{
+  PetscMPIInt ranks;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  BaseCheckInput(ranks == 1, comm, "A coupled body runs on one rank for now, not %d; give it threads instead: cleave run SCENE --threads N", (int)ranks);
+  PetscCall(PetscNew(model));
+  (*model)->comm    = comm;
+  (*model)->options = (CouplingOptions){.floor = 0.05, .smooth = PETSC_FALSE, .affine = PETSC_TRUE};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingModelSetSplit(CouplingModel model, const CouplingSplit *split, const CouplingOptions *options)
+{
+  const Mesh *mesh = &split->fem;
+
+  PetscFunctionBegin;
+  PetscCheck(!model->split, model->comm, PETSC_ERR_ORDER, "A CouplingModel takes one split");
+  if (options) model->options = *options;
+  BaseCheckInput(model->options.floor > 0 && model->options.floor < 0.5, model->comm, "The overlap's least weight %.4g must lie between 0 and 0.5", (double)model->options.floor);
+  model->split = split;
+  model->dim   = split->dim;
+  model->ns    = split->dim == 3 ? 6 : 3;
+  PetscCall(PetscMalloc1(split->n_cells, &model->top));
+  PetscCall(PetscMalloc1(split->n_cells, &model->overlap));
+  for (PetscInt c = 0; c < mesh->n_cells; c++) {
+    if (MeshCellDim(mesh->type[c]) != model->dim) continue;
+    if (split->layer[model->n_top] > 0) model->overlap[model->n_overlap++] = model->n_top;
+    model->top[model->n_top++] = c;
+  }
+  PetscCheck(model->n_top == split->n_cells, model->comm, PETSC_ERR_PLIB, "%" PetscInt_FMT " elements in the split, %" PetscInt_FMT " in its mesh", split->n_cells, model->n_top);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Mean share of each element: 1 beyond the overlap. */
+static PetscErrorCode ElementShares(CouplingModel model)
+{
+  const Mesh *mesh = CouplingMesh(model);
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(model->n_top, &model->alpha));
+  for (PetscInt t = 0; t < model->n_top; t++) model->alpha[t] = 1;
+  for (PetscInt e = 0; e < model->n_overlap; e++) {
+    const PetscInt  t = model->overlap[e], c = model->top[t], first = mesh->start[c], n = mesh->start[c + 1] - first;
+    const FemShape *shape = FemShapeGet(mesh->type[c]);
+    PetscReal       x[FEM_MAX_DOFS], dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], sum = 0, volume = 0;
+    CouplingPoint   at;
+
+    for (PetscInt a = 0; a < n; a++)
+      for (PetscInt d = 0; d < model->dim; d++) x[a * model->dim + d] = mesh->x[3 * mesh->node[first + a] + d];
+    (void)FemGradients(shape, x, model->thickness, dN, w);
+    at.n = n;
+    for (PetscInt a = 0; a < n; a++) at.node[a] = mesh->node[first + a];
+    for (PetscInt g = 0; g < shape->points; g++) {
+      for (PetscInt a = 0; a < n; a++) at.N[a] = shape->N[g][a];
+      sum += w[g] * CouplingWeight_Internal(model, &at);
+      volume += w[g];
+    }
+    model->alpha[t] = sum / volume;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static inline void AddMoment(const PetscReal a[3], const PetscReal b[3], PetscReal scale, PetscReal m[3])
+{
+  for (PetscInt d = 0; d < 3; d++) m[d] += scale * (a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3]);
+}
+
+/* What one facet does to particle `row` in each unit strain: deviatoric part 2 G w A eps n, volumetric part lambda tr(eps) v, at `arm`. */
+static void AddFacet(CouplingModel model, CouplingParticle *particle, const PetscReal arm[3], const PetscReal An[3], PetscReal w, const PetscReal v[3])
+{
+  static const int pair[2][6][2] = {{{0, 0}, {1, 1}, {0, 1}}, {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {2, 0}}};
+
+  for (PetscInt k = 0; k < model->ns; k++) {
+    const int *ij = pair[model->dim - 2][k];
+    PetscReal  t[3] = {0}, m[3] = {0};
+
+    if (ij[0] == ij[1]) {
+      t[ij[0]] = 2 * model->mu * w * An[ij[0]];
+      for (PetscInt d = 0; d < 3; d++) t[d] += model->lambda * v[d];
+    } else { /* engineering shear: eps_ij = eps_ji = 1/2 */
+      t[ij[0]] = model->mu * w * An[ij[1]];
+      t[ij[1]] = model->mu * w * An[ij[0]];
+    }
+    AddMoment(arm, t, 1, m);
+    for (PetscInt d = 0; d < 3; d++) {
+      particle->F[d][k] += t[d];
+      particle->M[d][k] += m[d];
+    }
+  }
+}
+
+/*
+  Net force and moment of the weighted facets on each overlap particle in an affine field.  Eq. (6.5)
+
+  Free facets count with their traction, so that a body without overlap has none: what is left is the weights' doing.
+*/
+static PetscErrorCode AffineForces(CouplingModel model, const DemPacking *packing, const DemCells *cells, const PetscReal *wp, const PetscReal *wf, const PetscInt *row, PetscInt rim_face)
+{
+  PetscBool found;
+
+  PetscFunctionBegin;
+  for (PetscInt f = 0; f < cells->n_facets; f++) {
+    const PetscInt p = cells->p[f], q = cells->q[f];
+    PetscReal      ap[3] = {0}, aq[3] = {0}, n[3] = {0}, minus[3] = {0}, v[3] = {0}, d = 0;
+
+    if (row[p] < 0 && row[q] < 0) continue;
+    for (PetscInt c = 0; c < model->dim; c++) {
+      ap[c] = cells->at[3 * f + c] - packing->x[3 * p + c];
+      aq[c] = cells->at[3 * f + c] - packing->x[3 * q + c];
+      n[c]  = ap[c] - aq[c];
+      d += n[c] * n[c];
+    }
+    d = PetscSqrtReal(d);
+    for (PetscInt c = 0; c < model->dim; c++) {
+      n[c] *= cells->area[f] / d;
+      minus[c] = -n[c];
+      v[c]     = cells->area[f] / d * (wp[p] * ap[c] - wp[q] * aq[c]);
+    }
+    if (row[p] >= 0) AddFacet(model, &model->particle[row[p]], ap, n, wf[f], v);
+    for (PetscInt c = 0; c < model->dim; c++) v[c] = -v[c];
+    if (row[q] >= 0) AddFacet(model, &model->particle[row[q]], aq, minus, wf[f], v);
+  }
+  for (PetscInt k = 0; k < cells->n_walls; k++) {
+    const PetscInt p = cells->wall_p[k];
+    PetscReal      arm[3] = {0}, An[3] = {0}, v[3] = {0};
+
+    if (row[p] < 0) continue;
+    for (PetscInt c = 0; c < model->dim; c++) {
+      arm[c] = cells->wall_at[3 * k + c] - packing->x[3 * p + c];
+      An[c]  = cells->wall_area[k] * cells->wall_normal[3 * k + c];
+      v[c]   = wp[p] * An[c];
+    }
+    AddFacet(model, &model->particle[row[p]], arm, An, cells->wall_face[k] == rim_face ? 0 : wp[p], v); /* the rim has no spring */
+    if (cells->wall_face[k] != rim_face) continue;
+    PetscCall(CouplingLocate_Internal(model, &cells->wall_at[3 * k], 1e-6, &found, &model->edge[model->n_edge]));
+    PetscCheck(found, model->comm, PETSC_ERR_PLIB, "A rim facet lies in no element of the overlap");
+    for (PetscInt c = 0; c < 3; c++) model->edge_pull[3 * model->n_edge + c] = v[c];
+    model->n_edge++;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel dem, const DemPacking *packing, const DemCells *cells, const FemMaterial *material, FemKind kind, PetscReal thickness)
+{
+  const PetscInt n = packing->n;
+  PetscReal     *wm, *wp, *wf; /* of mass, of volumetric energy, of a facet's pair energy */
+  PetscInt      *row, rim_face = -1;
+  PetscBool     *breakable;
+
+  PetscFunctionBegin;
+  PetscCheck(model->split && !model->fem, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetSplit() once, then CouplingModelSetSides() once");
+  model->fem       = fem;
+  model->dem       = dem;
+  model->thickness = model->dim == 3 ? 1 : thickness;
+  model->mu        = material->young / (2 * (1 + material->poisson));
+  model->lambda    = material->young * material->poisson / ((1 + material->poisson) * (1 - 2 * material->poisson));
+  if (kind == FEM_PLANE_STRESS) model->lambda = 2 * model->lambda * model->mu / (model->lambda + 2 * model->mu);
+  PetscCall(ElementShares(model));
+
+  PetscCall(PetscMalloc5(n, &wm, n, &wp, n, &row, cells->n_facets, &wf, cells->n_facets, &breakable));
+  PetscCall(PetscCalloc1(n, &model->particle));
+  for (PetscInt p = 0; p < n; p++) {
+    CouplingParticle *particle = &model->particle[model->n_particles];
+    PetscBool         found;
+
+    row[p] = -1;
+    wm[p]  = 1;
+    PetscCall(CouplingLocate_Internal(model, &packing->x[3 * p], 1e-9, &found, &particle->at));
+    if (!found) continue;
+    particle->p = p; /* the packing's, until set-up */
+    row[p]      = model->n_particles++;
+    wm[p]       = 1 - CouplingWeight_Internal(model, &particle->at);
+  }
+  BaseCheckInput(model->n_particles > 0, model->comm, "No particle lies in the overlap of '%s'; the particles are larger than its elements, use a smaller packing radius", model->split->fem.source);
+  /* A cell beside a particle without elements keeps its whole volumetric energy: that neighbour has nothing to balance a smaller share. */
+  for (PetscInt p = 0; p < n; p++) wp[p] = wm[p];
+  for (PetscInt f = 0; f < cells->n_facets; f++)
+    if ((row[cells->p[f]] < 0) != (row[cells->q[f]] < 0)) wp[cells->p[f]] = wp[cells->q[f]] = 1;
+  for (PetscInt f = 0; f < cells->n_facets; f++) {
+    CouplingPoint at;
+    PetscBool     found = PETSC_FALSE;
+
+    wf[f]        = 1;
+    breakable[f] = (PetscBool)(row[cells->p[f]] < 0 && row[cells->q[f]] < 0);
+    if (row[cells->p[f]] < 0 || row[cells->q[f]] < 0) continue; /* one end outside: full weight */
+    PetscCall(CouplingLocate_Internal(model, &cells->at[3 * f], 1e-6, &found, &at));
+    if (found) wf[f] = 1 - CouplingWeight_Internal(model, &at);
+    model->overlap_bonds++;
+  }
+  PetscCall(FemModelSetCellWeights(fem, model->alpha));
+  PetscCall(DemModelSetWeights(dem, wm, wp, wf));
+  PetscCall(DemModelSetBreakable(dem, breakable));
+  PetscCall(DemModelSetRim(dem, COUPLING_RIM));
+  PetscCall(DemModelFindFace(dem, COUPLING_RIM, &rim_face));
+  PetscCall(PetscMalloc2(cells->n_walls, &model->edge, 3 * cells->n_walls, &model->edge_pull));
+  if (model->options.affine) PetscCall(AffineForces(model, packing, cells, wp, wf, row, rim_face));
+  PetscCall(PetscFree5(wm, wp, row, wf, breakable));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingModelSetUp(CouplingModel model)
+{
+  const PetscInt dim = model->dim;
+  PetscReal     *rho;
+  PetscInt      *inside;
+  FemState       fs;
+  DemState       ds;
+  DemRim         rim;
+
+  PetscFunctionBegin;
+  PetscCheck(model->fem && !model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetSides(), then CouplingModelSetUp() once");
+  PetscCall(FemModelSetUp(model->fem));
+  PetscCall(DemModelSetUp(model->dem));
+  PetscCall(FemModelGetState(model->fem, &fs));
+  PetscCall(DemModelGetState(model->dem, &ds));
+  PetscCheck(fs.n_nodes == CouplingMesh(model)->n_nodes, model->comm, PETSC_ERR_PLIB, "The element model has %" PetscInt_FMT " nodes, its mesh %" PetscInt_FMT, fs.n_nodes, CouplingMesh(model)->n_nodes);
+  for (PetscInt i = 0; i < fs.n_nodes; i++)
+    for (PetscInt d = 0; d < dim; d++) PetscCheck(fs.x[i * dim + d] == CouplingMesh(model)->x[3 * i + d], model->comm, PETSC_ERR_PLIB, "Node %" PetscInt_FMT " stands elsewhere in the element model than in its mesh", i);
+
+  PetscCall(PetscMalloc1(ds.n, &inside));
+  for (PetscInt p = 0; p < ds.n; p++) inside[ds.number[p]] = p;
+  for (PetscInt k = 0; k < model->n_particles; k++) model->particle[k].p = inside[model->particle[k].p];
+  PetscCall(PetscFree(inside));
+
+  /* rho_I = sum N m-bar / M-bar, c_i = 1 / (1 + sum N rho): the row-sum-lumped multiplier.  Eq. (6.3) */
+  PetscCall(PetscCalloc1(fs.n_nodes, &rho));
+  for (PetscInt k = 0; k < model->n_particles; k++) {
+    const CouplingParticle *particle = &model->particle[k];
+
+    for (PetscInt a = 0; a < particle->at.n; a++) rho[particle->at.node[a]] += particle->at.N[a] * ds.mass[particle->p] / fs.mass[particle->at.node[a]];
+  }
+  for (PetscInt k = 0; k < model->n_particles; k++) {
+    CouplingParticle *particle = &model->particle[k];
+    PetscReal         sum = 1;
+
+    for (PetscInt a = 0; a < particle->at.n; a++) sum += particle->at.N[a] * rho[particle->at.node[a]];
+    particle->c = ds.mass[particle->p] / sum;
+  }
+  PetscCall(PetscFree(rho));
+
+  PetscCall(DemModelGetRim(model->dem, &rim));
+  model->n_rim = rim.n;
+  PetscCall(PetscMalloc1(rim.n, &model->rim));
+  for (PetscInt k = 0; k < rim.n; k++) {
+    PetscBool found;
+
+    PetscCall(CouplingLocate_Internal(model, &rim.x[3 * k], 1e-6, &found, &model->rim[k]));
+    PetscCheck(found, model->comm, PETSC_ERR_PLIB, "Rim facet %" PetscInt_FMT " lies in no element of the overlap", k);
+  }
+  PetscCall(PetscCalloc1(fs.n_nodes * dim, &model->g));
+  PetscCall(CouplingFit_Internal(model));
+  model->report.particles = model->n_particles;
+  model->report.bonds     = model->overlap_bonds;
+  model->report.cells     = model->n_overlap;
+  for (PetscInt i = 0; i < fs.n_nodes; i++) model->report.nodes += model->split->s[i] < 1;
+  PetscCall(FemModelRestoreState(model->fem, &fs));
+  PetscCall(DemModelRestoreState(model->dem, &ds));
+  model->ready = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingModelGetReport(CouplingModel model, CouplingReport *report)
+{
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetUp() before asking for its report");
+  *report = model->report;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingModelDestroy(CouplingModel *pmodel)
+{
+  CouplingModel model = *pmodel;
+
+  PetscFunctionBegin;
+  if (!model) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscFree(model->top));
+  PetscCall(PetscFree(model->overlap));
+  PetscCall(PetscFree(model->alpha));
+  PetscCall(PetscFree(model->particle));
+  PetscCall(PetscFree(model->rim));
+  PetscCall(PetscFree2(model->edge, model->edge_pull));
+  PetscCall(PetscFree2(model->K, model->X));
+  PetscCall(PetscFree(model->g));
+  PetscCall(PetscFree2(model->history_name, model->history_unit));
+  PetscCall(PetscFree(*pmodel));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,260 @@
+/* coupling_split.c - which cells become particles, which stay elements, which are both. */
+#include "coupling.h"
+
+static PetscBool InGroup(const MeshGroup *group, PetscInt cell)
+{
+  PetscInt at;
+
+  (void)PetscFindInt(cell, group->n_cells, group->cell, &at);
+  return at >= 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The mesh of the cells marked keep[], with the nodes they use and the groups that are left. map: old cell -> new, -1. */
+static PetscErrorCode SubMesh(const Mesh *whole, const PetscBool *keep, Mesh *sub, PetscInt *map)
+{
+  PetscInt *node, used = 0, entries = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(sub, sizeof(*sub)));
+  PetscCall(PetscMalloc1(whole->n_nodes, &node));
+  for (PetscInt i = 0; i < whole->n_nodes; i++) node[i] = -1;
+  for (PetscInt c = 0; c < whole->n_cells; c++) {
+    map[c] = keep[c] ? sub->n_cells++ : -1;
+    if (!keep[c]) continue;
+    entries += whole->start[c + 1] - whole->start[c];
+    for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) node[whole->node[k]] = 0;
+  }
+  for (PetscInt i = 0; i < whole->n_nodes; i++)
+    if (node[i] == 0) node[i] = used++;
+  PetscCall(PetscStrncpy(sub->source, whole->source, sizeof(sub->source)));
+  sub->dim     = whole->dim;
+  sub->n_nodes = used;
+  PetscCall(PetscMalloc2(3 * used, &sub->x, used, &sub->id)); /* as MeshDestroy() frees them */
+  PetscCall(PetscMalloc3(sub->n_cells, &sub->type, sub->n_cells, &sub->cell_id, sub->n_cells + 1, &sub->start));
+  PetscCall(PetscMalloc1(entries, &sub->node));
+  for (PetscInt i = 0; i < whole->n_nodes; i++)
+    if (node[i] >= 0) {
+      for (PetscInt d = 0; d < 3; d++) sub->x[3 * node[i] + d] = whole->x[3 * i + d];
+      sub->id[node[i]] = whole->id[i];
+    }
+  sub->start[0] = 0;
+  for (PetscInt c = 0; c < whole->n_cells; c++) {
+    const PetscInt n = map[c];
+
+    if (n < 0) continue;
+    sub->type[n]      = whole->type[c];
+    sub->cell_id[n]   = whole->cell_id[c];
+    sub->start[n + 1] = sub->start[n] + whole->start[c + 1] - whole->start[c];
+    for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) sub->node[sub->start[n] + k - whole->start[c]] = node[whole->node[k]];
+  }
+  PetscCall(PetscMalloc1(whole->n_groups + 1, &sub->group)); /* one to spare: the rim */
+  for (PetscInt g = 0; g < whole->n_groups; g++) {
+    const MeshGroup *from = &whole->group[g];
+    MeshGroup       *to = &sub->group[sub->n_groups];
+
+    *to         = *from;
+    to->n_cells = 0;
+    PetscCall(PetscMalloc1(from->n_cells, &to->cell));
+    for (PetscInt k = 0; k < from->n_cells; k++)
+      if (map[from->cell[k]] >= 0) to->cell[to->n_cells++] = map[from->cell[k]];
+    if (to->n_cells) sub->n_groups++;
+    else PetscCall(PetscFree(to->cell));
+  }
+  PetscCall(PetscFree(node));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sides of a linear cell as sorted corner lists: up to 6 of up to 4. */
+static PetscInt Sides(MeshCellType type, const PetscInt *node, PetscInt side[6][4], PetscInt size[6])
+{
+  static const PetscInt tri[3][2] = {{0, 1}, {1, 2}, {2, 0}}, quad[4][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}};
+  static const PetscInt tet[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  static const PetscInt hex[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+  const PetscInt        n = type == MESH_TRI3 ? 3 : type == MESH_QUAD4 ? 4 : type == MESH_TET4 ? 4 : type == MESH_HEX8 ? 6 : 0;
+
+  for (PetscInt f = 0; f < n; f++) {
+    size[f] = type == MESH_TET4 ? 3 : type == MESH_HEX8 ? 4 : 2;
+    for (PetscInt k = 0; k < size[f]; k++) side[f][k] = node[type == MESH_TRI3 ? tri[f][k] : type == MESH_QUAD4 ? quad[f][k] : type == MESH_TET4 ? tet[f][k] : hex[f][k]];
+  }
+  return n;
+}
+
+typedef struct {
+  PetscInt key[4], cell, side;
+} Side;
+
+static int CompareSides(const void *a, const void *b)
+{
+  const Side *s = a, *t = b;
+
+  for (int k = 0; k < 4; k++)
+    if (s->key[k] != t->key[k]) return s->key[k] < t->key[k] ? -1 : 1;
+  return s->cell < t->cell ? -1 : s->cell > t->cell;
+}
+
+/* Facet cells between a particle cell and an element-only cell, appended to the particles' mesh as the group COUPLING_RIM. */
+static PetscErrorCode AddRim(const Mesh *whole, const PetscBool *is_dem, const PetscInt *map, Mesh *dem)
+{
+  Side     *sides;
+  PetscInt  n = 0, m = 0, entries, *node_of;
+  PetscInt *pick, *cell_id, *start, *node;
+  MeshGroup *rim;
+  MeshCellType *type;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc2(6 * whole->n_cells, &sides, 6 * whole->n_cells, &pick));
+  for (PetscInt c = 0; c < whole->n_cells; c++) {
+    PetscInt side[6][4], size[6], count;
+
+    if (MeshCellDim(whole->type[c]) != whole->dim) continue;
+    count = Sides(whole->type[c], whole->node + whole->start[c], side, size);
+    for (PetscInt f = 0; f < count; f++, n++) {
+      for (PetscInt k = 0; k < 4; k++) sides[n].key[k] = k < size[f] ? side[f][k] : PETSC_MAX_INT;
+      PetscCall(PetscSortInt(size[f], sides[n].key));
+      sides[n].cell = c;
+      sides[n].side = f;
+    }
+  }
+  qsort(sides, n, sizeof(*sides), CompareSides);
+  for (PetscInt k = 0; k + 1 < n; k++) {
+    const Side *s = &sides[k], *t = &sides[k + 1];
+
+    if (memcmp(s->key, t->key, sizeof(s->key)) || is_dem[s->cell] == is_dem[t->cell]) continue;
+    pick[m++] = is_dem[s->cell] ? k : k + 1;
+  }
+  /* old node -> new, by the first particle cell that shows it */
+  PetscCall(PetscMalloc1(whole->n_nodes, &node_of));
+  for (PetscInt c = 0; c < whole->n_cells; c++)
+    if (map[c] >= 0)
+      for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) node_of[whole->node[k]] = dem->node[dem->start[map[c]] + k - whole->start[c]];
+  entries = dem->start[dem->n_cells];
+  PetscCall(PetscMalloc3(dem->n_cells + m, &type, dem->n_cells + m, &cell_id, dem->n_cells + m + 1, &start));
+  PetscCall(PetscMalloc1(entries + 4 * m, &node));
+  PetscCall(PetscArraycpy(type, dem->type, dem->n_cells));
+  PetscCall(PetscArraycpy(cell_id, dem->cell_id, dem->n_cells));
+  PetscCall(PetscArraycpy(start, dem->start, dem->n_cells + 1));
+  PetscCall(PetscArraycpy(node, dem->node, entries));
+  PetscCall(PetscFree3(dem->type, dem->cell_id, dem->start));
+  PetscCall(PetscFree(dem->node));
+  dem->type    = type;
+  dem->cell_id = cell_id;
+  dem->start   = start;
+  dem->node    = node;
+  rim = &dem->group[dem->n_groups++];
+  PetscCall(PetscMemzero(rim, sizeof(*rim)));
+  PetscCall(PetscStrncpy(rim->name, COUPLING_RIM, sizeof(rim->name)));
+  rim->dim = whole->dim - 1;
+  PetscCall(PetscMalloc1(m, &rim->cell));
+  for (PetscInt k = 0; k < m; k++) {
+    const Side *s = &sides[pick[k]];
+    PetscInt    side[6][4], size[6], c = dem->n_cells++;
+
+    (void)Sides(whole->type[s->cell], whole->node + whole->start[s->cell], side, size);
+    dem->type[c]    = size[s->side] == 2 ? MESH_LINE2 : size[s->side] == 3 ? MESH_TRI3 : MESH_QUAD4;
+    dem->cell_id[c] = 0;
+    for (PetscInt i = 0; i < size[s->side]; i++) dem->node[entries++] = node_of[side[s->side][i]];
+    dem->start[c + 1]         = entries;
+    rim->cell[rim->n_cells++] = c;
+  }
+  PetscCall(PetscFree(node_of));
+  PetscCall(PetscFree2(sides, pick));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingSplitCreate(const Mesh *whole, const char *name, PetscInt width, CouplingSplit *split)
+{
+  const MeshGroup *group = NULL;
+  PetscInt        *reach, *layer, *map, elements = 0, far = 0;
+  PetscBool       *keep, *is_dem;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(split, sizeof(*split)));
+  for (PetscInt g = 0; g < whole->n_groups; g++)
+    if (!strcmp(whole->group[g].name, name)) group = &whole->group[g];
+  if (!group) {
+    const char **names, *near;
+
+    PetscCall(PetscMalloc1(whole->n_groups, &names));
+    for (PetscInt g = 0; g < whole->n_groups; g++) names[g] = whole->group[g].name;
+    near = BaseNearest(name, whole->n_groups, names);
+    PetscCall(PetscFree(names));
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_USER_INPUT, "%s has no group '%s' to fill with particles%s%s%s", whole->source, name, near ? "; did you mean '" : "", near ? near : "", near ? "'?" : "");
+  }
+  BaseCheckInput(group->dim == whole->dim, PETSC_COMM_SELF, "Group '%s' of %s has dimension %" PetscInt_FMT "; particles fill a group of dimension %" PetscInt_FMT, name, whole->source, group->dim, whole->dim);
+  BaseCheckInput(width >= 1, PETSC_COMM_SELF, "The overlap must be at least one element wide, not %" PetscInt_FMT, width);
+
+  split->dim = whole->dim;
+  PetscCall(PetscMalloc5(whole->n_nodes, &reach, whole->n_cells, &layer, whole->n_cells, &map, whole->n_cells, &keep, whole->n_cells, &is_dem));
+  for (PetscInt i = 0; i < whole->n_nodes; i++) reach[i] = PETSC_MAX_INT;
+  for (PetscInt c = 0; c < whole->n_cells; c++) {
+    is_dem[c] = PETSC_FALSE;
+    layer[c]  = -1;
+    if (MeshCellDim(whole->type[c]) != whole->dim) continue;
+    BaseCheckInput(whole->type[c] == MESH_TRI3 || whole->type[c] == MESH_QUAD4 || whole->type[c] == MESH_TET4 || whole->type[c] == MESH_HEX8, PETSC_COMM_SELF,
+                   "%s: element %" PetscInt_FMT " is of a type a coupled body does not cover yet; use linear triangles, quadrilaterals, tetrahedra or hexahedra", whole->source, whole->cell_id[c]);
+    if (InGroup(group, c)) {
+      is_dem[c] = PETSC_TRUE;
+      for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) reach[whole->node[k]] = 0;
+    } else elements++;
+  }
+  BaseCheckInput(elements > 0, PETSC_COMM_SELF, "Group '%s' is the whole body: nothing is left for elements; use method: dem", name);
+  for (PetscInt ring = 1; ring <= width; ring++)
+    for (PetscInt c = 0; c < whole->n_cells; c++) {
+      PetscBool touches = PETSC_FALSE;
+
+      if (MeshCellDim(whole->type[c]) != whole->dim || is_dem[c]) continue;
+      if (layer[c] > 0) continue;
+      for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) touches = (PetscBool)(touches || reach[whole->node[k]] == ring - 1);
+      if (touches) layer[c] = ring;
+      if (touches)
+        for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) reach[whole->node[k]] = PetscMin(reach[whole->node[k]], ring);
+    }
+  /* elements that keep both; lower-dimension cells go with the nodes they stand on */
+  for (PetscInt c = 0; c < whole->n_cells; c++)
+    if (MeshCellDim(whole->type[c]) == whole->dim && !is_dem[c] && layer[c] < 0) far++;
+  BaseCheckInput(far > 0, PETSC_COMM_SELF, "The overlap, %" PetscInt_FMT " elements wide, swallows the whole far field of '%s'; use smaller elements or a narrower overlap", width, name);
+
+  for (PetscInt pass = 0; pass < 2; pass++) { /* elements, then particles */
+    PetscBool *has;
+
+    PetscCall(PetscCalloc1(whole->n_nodes, &has));
+    for (PetscInt c = 0; c < whole->n_cells; c++) {
+      if (MeshCellDim(whole->type[c]) != whole->dim) continue;
+      keep[c] = (PetscBool)(pass == 0 ? !is_dem[c] : (is_dem[c] || layer[c] > 0));
+      if (keep[c])
+        for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) has[whole->node[k]] = PETSC_TRUE;
+    }
+    for (PetscInt c = 0; c < whole->n_cells; c++) {
+      if (MeshCellDim(whole->type[c]) == whole->dim) continue;
+      keep[c] = PETSC_TRUE;
+      for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) keep[c] = (PetscBool)(keep[c] && has[whole->node[k]]);
+    }
+    PetscCall(PetscFree(has));
+    PetscCall(SubMesh(whole, keep, pass == 0 ? &split->fem : &split->dem, map));
+    if (pass == 0) {
+      PetscCall(PetscMalloc1(split->fem.n_cells, &split->layer));
+      PetscCall(PetscMalloc1(split->fem.n_nodes, &split->s));
+      for (PetscInt c = 0; c < whole->n_cells; c++) {
+        if (map[c] < 0) continue;
+        if (MeshCellDim(whole->type[c]) == whole->dim) split->layer[split->n_cells++] = PetscMax(layer[c], 0);
+        for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++)
+          split->s[split->fem.node[split->fem.start[map[c]] + k - whole->start[c]]] = PetscMin(1, (PetscReal)PetscMin(reach[whole->node[k]], width) / width);
+      }
+    } else {
+      for (PetscInt c = 0; c < whole->n_cells; c++) is_dem[c] = (PetscBool)(map[c] >= 0);
+      PetscCall(AddRim(whole, is_dem, map, &split->dem));
+    }
+  }
+  PetscCall(PetscFree5(reach, layer, map, keep, is_dem));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingSplitDestroy(CouplingSplit *split)
+{
+  PetscFunctionBegin;
+  PetscCall(MeshDestroy(&split->fem));
+  PetscCall(MeshDestroy(&split->dem));
+  PetscCall(PetscFree(split->layer));
+  PetscCall(PetscFree(split->s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

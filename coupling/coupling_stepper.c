@@ -1,0 +1,155 @@
+/* coupling_stepper.c - both sides in step, as the run loop sees them.  Eq. (6.9) */
+#include "coupling_impl.h"
+
+/* Forces on the nodes, the rim's included, handed to the element model for its next level. */
+static PetscErrorCode GiveNodes(CouplingModel model)
+{
+  const PetscInt dim = model->dim;
+  FemState       fs;
+  DemRim         rim;
+
+  PetscFunctionBegin;
+  PetscCall(FemModelGetState(model->fem, &fs));
+  PetscCall(DemModelGetRim(model->dem, &rim));
+  for (PetscInt k = 0; k < rim.n; k++)
+    for (PetscInt a = 0; a < model->rim[k].n; a++)
+      for (PetscInt d = 0; d < dim; d++) model->g[model->rim[k].node[a] * dim + d] += model->rim[k].N[a] * rim.force[3 * k + d];
+  PetscCall(PetscArraycpy(fs.f_ext, model->g, fs.n_nodes * dim));
+  PetscCall(FemModelRestoreState(model->fem, &fs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal dt)
+{
+  CouplingModel model = ctx;
+
+  PetscFunctionBegin;
+  if (model->dt != dt) { /* the springs belong to the step: P = c / dt^2 */
+    model->dt = dt;
+    PetscCall(CouplingForces_Internal(model));
+    PetscCall(DemModelComputeForces(model->dem));
+    PetscCall(GiveNodes(model));
+  }
+  PetscCall(model->fem_stepper.step(model->fem, t, dt));
+  PetscCall(DemModelAdvance(model->dem, t, dt));
+  PetscCall(CouplingForces_Internal(model));
+  PetscCall(DemModelEvaluate(model->dem, dt));
+  PetscCall(GiveNodes(model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Energy(void *ctx, Ledger *ledger)
+{
+  CouplingModel model = ctx;
+  Ledger        part;
+  PetscReal     spring, strain;
+
+  PetscFunctionBegin;
+  PetscCall(model->fem_stepper.energy(model->fem, ledger));
+  PetscCall(model->dem_stepper.energy(model->dem, &part));
+  LedgerAdd(ledger, &part);
+  PetscCall(CouplingEnergy_Internal(model, &spring, &strain));
+  ledger->energy[LEDGER_COUPLING] += spring;
+  ledger->energy[LEDGER_STRAIN] += strain;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode StableStep(void *ctx, PetscReal *dt)
+{
+  return CouplingModelGetCriticalStep(ctx, dt);
+}
+
+/* The sides' columns, the elements' first. */
+static PetscErrorCode History(void *ctx, PetscInt i, PetscReal *value)
+{
+  CouplingModel model = ctx;
+  const PetscInt n = model->fem_stepper.n_history;
+
+  PetscFunctionBegin;
+  if (i < n) PetscCall(model->fem_stepper.history(model->fem, i, value));
+  else PetscCall(model->dem_stepper.history(model->dem, i - n, value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Write(void *ctx, Output output)
+{
+  CouplingModel model = ctx;
+
+  PetscFunctionBegin;
+  PetscCall(model->fem_stepper.write(model->fem, output));
+  PetscCall(model->dem_stepper.write(model->dem, output));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Save(void *ctx, Checkpoint checkpoint)
+{
+  CouplingModel model = ctx;
+
+  PetscFunctionBegin;
+  PetscCall(model->fem_stepper.save(model->fem, checkpoint));
+  PetscCall(model->dem_stepper.save(model->dem, checkpoint));
+  PetscCall(CheckpointWriteReal(checkpoint, "coupling/step", 1, &model->dt));
+  PetscCall(CheckpointWriteReal(checkpoint, "coupling/node_force", CouplingMesh(model)->n_nodes * model->dim, model->g));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
+{
+  CouplingModel model = ctx;
+  FemState      fs;
+
+  PetscFunctionBegin;
+  PetscCall(model->fem_stepper.load(model->fem, checkpoint));
+  PetscCall(model->dem_stepper.load(model->dem, checkpoint));
+  PetscCall(CheckpointReadReal(checkpoint, "coupling/step", 1, &model->dt));
+  PetscCall(CheckpointReadReal(checkpoint, "coupling/node_force", CouplingMesh(model)->n_nodes * model->dim, model->g));
+  PetscCall(FemModelGetState(model->fem, &fs));
+  PetscCall(PetscArraycpy(fs.f_ext, model->g, fs.n_nodes * model->dim));
+  PetscCall(FemModelRestoreState(model->fem, &fs));
+  if (model->dt > 0) PetscCall(CouplingForces_Internal(model)); /* the particles' outside forces and the rim; g is overwritten next step */
+  PetscCall(CheckpointReadReal(checkpoint, "coupling/node_force", CouplingMesh(model)->n_nodes * model->dim, model->g));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Unbalanced(void *ctx, PetscReal *ratio)
+{
+  CouplingModel model = ctx;
+
+  PetscFunctionBegin;
+  PetscCall(model->dem_stepper.unbalanced(model->dem, ratio));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingModelGetCriticalStep(CouplingModel model, PetscReal *dt)
+{
+  PetscReal fem, dem;
+
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetUp() before asking for the step");
+  PetscCall(FemModelGetCriticalStep(model->fem, &fem));
+  PetscCall(DemModelGetCriticalStep(model->dem, &dem));
+  *dt = 0.5 * PetscSqrtReal(3) * PetscMin(fem, dem);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingModelGetStepper(CouplingModel model, Stepper *stepper)
+{
+  Stepper *f = &model->fem_stepper, *d = &model->dem_stepper;
+
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetUp() before asking for the stepper");
+  PetscCall(FemModelGetStepper(model->fem, f));
+  PetscCall(DemModelGetStepper(model->dem, d));
+  if (!model->history_name) {
+    model->n_history = f->n_history + d->n_history;
+    PetscCall(PetscMalloc2(model->n_history, &model->history_name, model->n_history, &model->history_unit));
+    for (PetscInt k = 0; k < model->n_history; k++) {
+      model->history_name[k] = k < f->n_history ? f->history_name[k] : d->history_name[k - f->n_history];
+      model->history_unit[k] = k < f->n_history ? f->history_unit[k] : d->history_unit[k - f->n_history];
+    }
+  }
+  *stepper = (Stepper){.name = "coupled", .ctx = model, .stable_step = StableStep, .step = Step, .energy = Energy, .history = History, .write = Write, .save = Save, .load = Load,
+                       .unbalanced = d->unbalanced ? Unbalanced : NULL, .n_history = model->n_history, .history_name = model->history_name, .history_unit = model->history_unit,
+                       .elements = f->elements + d->elements};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

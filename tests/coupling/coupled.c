@@ -1,0 +1,96 @@
+#include "coupled.h"
+#include "check.h"
+
+static PetscReal Random(uint64_t *state)
+{
+  uint64_t z = (*state += 0x9e3779b97f4a7c15ULL);
+
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  z ^= z >> 31;
+  return (PetscReal)(z >> 11) / 9007199254740992.0;
+}
+
+PetscErrorCode CoupledCreate(PetscInt dim, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, const CouplingOptions *options, Coupled *c)
+{
+  const PetscReal zero[3] = {0, 0, 0}, d = h / ratio;
+  PetscInt        n[3] = {1, 1, 1}, m[3] = {1, 1, 1};
+  MeshGroup      *group;
+  PetscReal       low[3] = {0}, high[3] = {0};
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(c, sizeof(*c)));
+  for (PetscInt k = 0; k < dim; k++) n[k] = (PetscInt)(size[k] / h + 0.5);
+  PetscCall(MeshCreateBox(PETSC_COMM_SELF, "body", dim == 3 ? MESH_HEX8 : MESH_QUAD4, zero, size, n, &c->mesh));
+  /* one more group: the cells that become particles */
+  PetscCall(PetscMalloc1(c->mesh.n_groups + 1, &group));
+  PetscCall(PetscArraycpy(group, c->mesh.group, c->mesh.n_groups));
+  PetscCall(PetscFree(c->mesh.group));
+  c->mesh.group = group;
+  group         = &c->mesh.group[c->mesh.n_groups++];
+  PetscCall(PetscMemzero(group, sizeof(*group)));
+  PetscCall(PetscStrncpy(group->name, "grains", sizeof(group->name)));
+  group->dim = dim;
+  PetscCall(PetscMalloc1(c->mesh.n_cells, &group->cell));
+  for (PetscInt k = 0; k < c->mesh.n_cells; k++) {
+    PetscReal x = 0;
+
+    if (MeshCellDim(c->mesh.type[k]) != dim) continue;
+    for (PetscInt a = c->mesh.start[k]; a < c->mesh.start[k + 1]; a++) x += c->mesh.x[3 * c->mesh.node[a]] / (c->mesh.start[k + 1] - c->mesh.start[k]);
+    if (x > from && x < to) group->cell[group->n_cells++] = k;
+  }
+  PetscCall(CouplingSplitCreate(&c->mesh, "grains", width, &c->split));
+
+  PetscCall(DemBodyCreateFromMesh(&c->split.dem, "", 1, &c->body));
+  for (PetscInt k = 0; k < dim; k++) {
+    low[k] = PETSC_MAX_REAL;
+    for (PetscInt i = 0; i < c->split.dem.n_nodes; i++) {
+      low[k]  = PetscMin(low[k], c->split.dem.x[3 * i + k]);
+      high[k] = PetscMax(high[k], c->split.dem.x[3 * i + k]);
+    }
+    m[k] = (PetscInt)((high[k] - low[k]) / d + 0.5);
+  }
+  c->packing.n = m[0] * m[1] * m[2];
+  PetscCall(PetscCalloc1(3 * c->packing.n, &c->packing.x));
+  PetscCall(PetscMalloc1(c->packing.n, &c->packing.r));
+  for (PetscInt k = 0; k < c->packing.n; k++) { /* a jittered lattice: cells as random as a packing's */
+    const PetscInt at[3] = {k % m[0], k / m[0] % m[1], k / (m[0] * m[1])};
+
+    for (PetscInt i = 0; i < dim; i++) c->packing.x[3 * k + i] = low[i] + (at[i] + 0.5 + 0.6 * (Random(&seed) - 0.5)) * (high[i] - low[i]) / m[i];
+    c->packing.r[k] = 0.3 * d * (1 + 0.3 * (2 * Random(&seed) - 1));
+  }
+  PetscCall(DemCellsCreate(&c->body, &c->packing, &c->cells));
+
+  c->material = (FemMaterial){.density = 1, .young = 1, .poisson = nu};
+  {
+    const DemMaterial material = {.density = 1, .young = 1, .poisson = nu};
+
+    PetscCall(FemModelCreate(PETSC_COMM_SELF, &c->fem));
+    PetscCall(FemModelSetKind(c->fem, dim == 3 ? FEM_SOLID : FEM_PLANE_STRAIN, 1));
+    PetscCall(FemModelSetMethod(c->fem, FEM_EXPLICIT));
+    PetscCall(FemModelSetMesh(c->fem, &c->split.fem));
+    PetscCall(FemModelAddMaterial(c->fem, "", &c->material));
+    PetscCall(DemModelCreate(PETSC_COMM_SELF, &c->dem));
+    PetscCall(DemModelSetKind(c->dem, dim == 3 ? DEM_SOLID : DEM_PLANE_STRAIN));
+    PetscCall(DemModelSetMaterial(c->dem, &material));
+    PetscCall(DemModelSetBody(c->dem, &c->body, &c->packing, &c->cells));
+  }
+  PetscCall(CouplingModelCreate(PETSC_COMM_SELF, &c->model));
+  PetscCall(CouplingModelSetSplit(c->model, &c->split, options));
+  PetscCall(CouplingModelSetSides(c->model, c->fem, c->dem, &c->packing, &c->cells, &c->material, dim == 3 ? FEM_SOLID : FEM_PLANE_STRAIN, 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CoupledDestroy(Coupled *c)
+{
+  PetscFunctionBegin;
+  PetscCall(CouplingModelDestroy(&c->model));
+  PetscCall(FemModelDestroy(&c->fem));
+  PetscCall(DemModelDestroy(&c->dem));
+  PetscCall(DemCellsDestroy(&c->cells));
+  PetscCall(DemPackingDestroy(&c->packing));
+  PetscCall(DemBodyDestroy(&c->body));
+  PetscCall(CouplingSplitDestroy(&c->split));
+  PetscCall(MeshDestroy(&c->mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
