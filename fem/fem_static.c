@@ -3,7 +3,7 @@
 
   Fixed dofs stay in the matrix as scaled identity rows with their columns moved to the right-hand side, so the blocks
   stay whole and algebraic multigrid coarsens by nodes. The pattern is that of all blocks, zeros included.
-  Direct: CHOLMOD on one rank. Otherwise CG with GAMG on the rigid-body modes. Options begin with -fem_.
+  Small: a Cholesky factor, CHOLMOD on one rank, MUMPS on more. Large: CG with GAMG on the rigid-body modes. Options: -fem_...
 */
 #include "fem_impl.h"
 
@@ -108,7 +108,7 @@ static PetscErrorCode Prefer(const char *name, const char *value)
 static PetscErrorCode BuildSolver(FemModel model)
 {
   const PetscReal most = model->dim == 3 ? DIRECT_MOST_3D : 10.0 * DIRECT_MOST_3D;
-  const PetscBool direct = model->size == 1 && (PetscReal)model->N_nodes * model->dim <= most ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool direct = (PetscReal)model->N_nodes * model->dim <= most ? PETSC_TRUE : PETSC_FALSE;
   PC              pc;
 
   PetscFunctionBegin;
@@ -119,7 +119,7 @@ static PetscErrorCode BuildSolver(FemModel model)
   if (direct) {
     PetscCall(KSPSetType(model->ksp, KSPPREONLY));
     PetscCall(PCSetType(pc, PCCHOLESKY));
-    PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERCHOLMOD));
+    PetscCall(PCFactorSetMatSolverType(pc, model->size == 1 ? MATSOLVERCHOLMOD : MATSOLVERMUMPS));
   } else {
     static const char *const ours[][2] = {{"-fem_pc_gamg_agg_nsmooths", "1"},          {"-fem_pc_gamg_aggressive_coarsening", "0"}, {"-fem_pc_gamg_threshold", "0.001"}, {"-fem_pc_gamg_coarse_eq_limit", "200"},
                                           {"-fem_pc_gamg_esteig_ksp_type", "cg"},      {"-fem_pc_gamg_esteig_ksp_max_it", "10"},    {"-fem_mg_levels_ksp_type", "chebyshev"}, {"-fem_mg_levels_ksp_max_it", "2"},

@@ -1,6 +1,6 @@
 /* The same body on all ranks together and on rank 0 alone: one answer.  Run on any number of ranks. */
 #include "fem_case.h"
-#include <petscksp.h>
+#include "fem_impl.h"
 #include <unistd.h>
 
 typedef struct {
@@ -133,6 +133,46 @@ static PetscErrorCode TestStaticAnswersAgree(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The same through multigrid, whose iterations see the partition; tolerance as tight as its own. */
+static PetscErrorCode TestMultigridAnswersAgree(void)
+{
+  static const char *const option[][2] = {{"-fem_ksp_type", "cg"}, {"-fem_pc_type", "gamg"}, {"-fem_ksp_rtol", "1e-12"}, {"-fem_ksp_norm_type", "unpreconditioned"}};
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < 4; k++) PetscCall(PetscOptionsSetValue(NULL, option[k][0], option[k][1]));
+  for (PetscInt t = 0; t < 4; t++) PetscCall(Compare(types[t], FEM_STATIC, 5e-4, 2, 1e-10));
+  for (size_t k = 0; k < 4; k++) PetscCall(PetscOptionsClearValue(NULL, option[k][0]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A bar is cut across: equal shares, and ghosts only at the cut. Wrong sides in the plex once made a ghost of every other node. */
+static PetscErrorCode TestPartitionCutsAcross(void)
+{
+  const PetscReal length[3] = {4, 1, 1};
+  const PetscInt  n[3]      = {80, 8, 8};
+  PetscMPIInt     size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  for (PetscInt t = 0; t < 4; t++) {
+    Mesh     mesh;
+    FemModel model;
+    PetscInt count[2], most[2];
+
+    PetscCall(CaseBox(PETSC_COMM_WORLD, types[t], length, n, 0, &mesh));
+    PetscCall(FemModelCreate(PETSC_COMM_WORLD, &model));
+    PetscCall(FemModelSetMesh(model, &mesh));
+    count[0] = model->n_loc - model->n_own;
+    count[1] = model->n_cells_own;
+    PetscCallMPI(MPI_Allreduce(count, most, 2, MPIU_INT, MPI_MAX, PETSC_COMM_WORLD));
+    CheckBelow(most[0], size == 1 ? 0 : 2 * (t < 2 ? 9 : 81) * 1.5);
+    CheckBelow(most[1], 1.05 * model->N_cells / size);
+    PetscCall(FemModelDestroy(&model));
+    PetscCall(MeshDestroy(&mesh));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode TestExplicitAnswersAgree(void)
 {
   PetscFunctionBeginUser;
@@ -260,12 +300,14 @@ static PetscErrorCode TestAllRanksRefuseTogether(void)
 }
 
 CHECK_TEST(TestStaticAnswersAgree)
+CHECK_TEST(TestMultigridAnswersAgree)
+CHECK_TEST(TestPartitionCutsAcross)
 CHECK_TEST(TestExplicitAnswersAgree)
 CHECK_TEST(TestExplicitMotionIsTheSameBits)
 CHECK_TEST(TestCheckpointCrossesRankCounts)
 CHECK_TEST(TestRankWithoutElements)
 CHECK_TEST(TestAllRanksRefuseTogether)
 
-static const struct CMUnitTest tests[] = {TEST(TestStaticAnswersAgree), TEST(TestExplicitAnswersAgree), TEST(TestExplicitMotionIsTheSameBits), TEST(TestCheckpointCrossesRankCounts), TEST(TestRankWithoutElements),
+static const struct CMUnitTest tests[] = {TEST(TestStaticAnswersAgree), TEST(TestMultigridAnswersAgree), TEST(TestPartitionCutsAcross), TEST(TestExplicitAnswersAgree), TEST(TestExplicitMotionIsTheSameBits), TEST(TestCheckpointCrossesRankCounts), TEST(TestRankWithoutElements),
                                           TEST(TestAllRanksRefuseTogether)};
 CHECK_MAIN(tests)
