@@ -12,9 +12,9 @@
 PetscErrorCode DemBodyAllocate(PetscInt n_pieces, PetscInt n_planes, PetscInt n_simplices, PetscInt n_faces, DemBody *body)
 {
   PetscFunctionBegin;
-  body->n_pieces    = n_pieces;
+  body->n_pieces = n_pieces;
   body->n_simplices = n_simplices;
-  body->n_faces     = n_faces;
+  body->n_faces = n_faces;
   PetscCall(PetscMalloc1(n_pieces + 1, &body->start));
   PetscCall(PetscMalloc1(4 * n_planes, &body->plane));
   PetscCall(PetscMalloc1(n_planes, &body->face));
@@ -91,9 +91,9 @@ static void PutCorner(DemBody *body, PetscInt k, PetscInt corner, PetscReal x, P
 {
   PetscReal *s = &body->simplex[3 * (body->dim * k + corner)];
 
-  s[0]                                      = x;
-  s[1]                                      = y;
-  s[2]                                      = z;
+  s[0] = x;
+  s[1] = y;
+  s[2] = z;
   body->simplex_node[body->dim * k + corner] = node;
 }
 
@@ -102,23 +102,23 @@ static PetscErrorCode BodyFromPolygon(PetscInt dim, PetscInt n, const PetscReal 
                                       const PetscInt ends[2], PetscInt n_faces, DemBody *body)
 {
   const PetscInt n_planes = dim == 2 ? n : n + 2;
-  PetscReal      mid[2]   = {0, 0};
+  PetscReal      mid[2] = {0, 0};
 
   PetscFunctionBegin;
   body->dim = dim;
   PetscCall(DemBodyAllocate(1, n_planes, dim == 2 ? n : 4 * n, n_faces, body));
   body->low[0] = body->low[1] = PETSC_MAX_REAL;
   body->high[0] = body->high[1] = -PETSC_MAX_REAL;
-  body->low[2]                  = dim == 2 ? 0 : z0;
-  body->high[2]                 = dim == 2 ? 0 : z1;
+  body->low[2] = dim == 2 ? 0 : z0;
+  body->high[2] = dim == 2 ? 0 : z1;
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt c = 0; c < 2; c++) {
-      body->low[c]  = PetscMin(body->low[c], xy[2 * i + c]);
+      body->low[c] = PetscMin(body->low[c], xy[2 * i + c]);
       body->high[c] = PetscMax(body->high[c], xy[2 * i + c]);
       mid[c] += xy[2 * i + c] / n;
     }
   for (PetscInt c = 0; c < 3; c++) {
-    body->box[c]     = body->low[c];
+    body->box[c] = body->low[c];
     body->box[3 + c] = body->high[c];
   }
   body->start[0] = 0;
@@ -127,13 +127,13 @@ static PetscErrorCode BodyFromPolygon(PetscInt dim, PetscInt n, const PetscReal 
     const PetscInt   j = (i + 1) % n;
     const PetscReal *a = &xy[2 * i], *b = &xy[2 * j];
     const PetscReal  len = PetscSqrtReal((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]));
-    PetscReal       *p   = &body->plane[4 * i];
+    PetscReal       *p = &body->plane[4 * i];
 
-    p[0]            = (b[1] - a[1]) / len;
-    p[1]            = (a[0] - b[0]) / len;
-    p[2]            = 0;
-    p[3]            = p[0] * 0.5 * (a[0] + b[0]) + p[1] * 0.5 * (a[1] + b[1]);
-    body->face[i]   = side_face[i];
+    p[0] = (b[1] - a[1]) / len;
+    p[1] = (a[0] - b[0]) / len;
+    p[2] = 0;
+    p[3] = p[0] * 0.5 * (a[0] + b[0]) + p[1] * 0.5 * (a[1] + b[1]);
+    body->face[i] = side_face[i];
     body->beyond[i] = -1;
     if (dim == 2) {
       PutCorner(body, i, 0, a[0], a[1], 0, i);
@@ -161,9 +161,9 @@ static PetscErrorCode BodyFromPolygon(PetscInt dim, PetscInt n, const PetscReal 
     PetscReal *p = &body->plane[4 * (n + e)];
 
     p[0] = p[1] = 0;
-    p[2]                = e ? 1 : -1;
-    p[3]                = e ? z1 : -z0;
-    body->face[n + e]   = ends[e];
+    p[2] = e ? 1 : -1;
+    p[3] = e ? z1 : -z0;
+    body->face[n + e] = ends[e];
     body->beyond[n + e] = -1;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -172,13 +172,14 @@ static PetscErrorCode BodyFromPolygon(PetscInt dim, PetscInt n, const PetscReal 
 static PetscErrorCode CheckThickness(PetscInt dim, PetscReal thickness)
 {
   PetscFunctionBegin;
-  BaseCheckInput(dim == 3 || (thickness > 0 && !PetscIsInfOrNanReal(thickness)), PETSC_COMM_SELF, "A 2D body needs a thickness above 0, not %g m", (double)thickness);
+  BaseCheckInput(dim == 3 || (thickness > 0 && !PetscIsInfOrNanReal(thickness)), PETSC_COMM_SELF, "A 2D body needs a thickness above 0, not %g m",
+                 (double)thickness);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode DemBodyCreateBox(PetscInt dim, const PetscReal low[3], const PetscReal high[3], PetscReal thickness, DemBody *body)
 {
-  static const char *const names[6]     = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
+  static const char *const names[6] = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
   const PetscInt           side_face[4] = {2, 1, 3, 0}, ends[2] = {4, 5};
 
   PetscFunctionBegin;
@@ -210,7 +211,7 @@ static PetscErrorCode RegularPolygon(const PetscReal centre[2], PetscReal radius
   PetscCall(PetscMalloc1(2 * sides, xy));
   PetscCall(PetscCalloc1(sides, face));
   for (PetscInt i = 0; i < sides; i++) {
-    (*xy)[2 * i]     = centre[0] + outer * PetscCosReal(2 * PETSC_PI * i / sides);
+    (*xy)[2 * i] = centre[0] + outer * PetscCosReal(2 * PETSC_PI * i / sides);
     (*xy)[2 * i + 1] = centre[1] + outer * PetscSinReal(2 * PETSC_PI * i / sides);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -219,7 +220,7 @@ static PetscErrorCode RegularPolygon(const PetscReal centre[2], PetscReal radius
 PetscErrorCode DemBodyCreateCylinder(const PetscReal centre[3], PetscReal radius, PetscReal height, PetscInt sides, DemBody *body)
 {
   static const char *const names[3] = {"bottom", "top", "side"};
-  const PetscInt           ends[2]  = {0, 1};
+  const PetscInt           ends[2] = {0, 1};
   PetscReal               *xy;
   PetscInt                *face;
 

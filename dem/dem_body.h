@@ -13,14 +13,14 @@ typedef struct {
   PetscReal low[3], high[3];
 
   PetscInt   n_pieces;
-  PetscInt  *start; /* [n_pieces + 1] first plane of a piece */
-  PetscReal *plane; /* [start[n_pieces]][4] outward unit normal n and offset c: inside is n.x <= c */
-  PetscInt  *face;  /* [start[n_pieces]] boundary face of that plane, -1 between two pieces */
+  PetscInt  *start;  /* [n_pieces + 1] first plane of a piece */
+  PetscReal *plane;  /* [start[n_pieces]][4] outward unit normal n and offset c: inside is n.x <= c */
+  PetscInt  *face;   /* [start[n_pieces]] boundary face of that plane, -1 between two pieces */
   PetscInt  *beyond; /* [start[n_pieces]] piece on the other side of that plane, -1 at the boundary */
-  PetscReal *box;   /* [n_pieces][6] low x y z, high x y z */
+  PetscReal *box;    /* [n_pieces][6] low x y z, high x y z */
 
   PetscInt n_faces; /* named parts of the boundary */
-  char   (*face_name)[128];
+  char (*face_name)[128];
 
   /* The boundary as simplices: triangles (3D) or segments (2D), outward orientation. */
   PetscInt   n_simplices;
@@ -47,5 +47,5 @@ PetscErrorCode DemBodyCreateDisc(const PetscReal centre[2], PetscReal radius, Pe
 PetscErrorCode DemBodyCreateFromMesh(const Mesh *mesh, const char *group, PetscReal thickness, DemBody *body);
 PetscErrorCode DemBodyDestroy(DemBody *body);
 
-PetscReal      DemBodyVolume(const DemBody *body);                       /* [m3], area x thickness in 2D */
+PetscReal      DemBodyVolume(const DemBody *body);                                     /* [m3], area x thickness in 2D */
 PetscErrorCode DemBodyFindFace(const DemBody *body, const char *name, PetscInt *face); /* -1 when absent */

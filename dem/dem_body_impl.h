@@ -11,8 +11,8 @@ typedef struct {
   PetscInt       m[3];
   PetscInt      *piece_start, *piece; /* CSR; NULL when the body is one piece */
   PetscInt      *wall_start, *wall;   /* CSR; NULL when made with reach 0 */
-  PetscReal     *out;  /* [n_simplices][4] outward plane of each simplex; with reach 0: NULL */
-  unsigned char *bend; /* [n_simplices][dim] 1: a sphere inside the body may touch corner k; 2 (3D): the edge k, k + 1 */
+  PetscReal     *out;                 /* [n_simplices][4] outward plane of each simplex; with reach 0: NULL */
+  unsigned char *bend;                /* [n_simplices][dim] 1: a sphere inside the body may touch corner k; 2 (3D): the edge k, k + 1 */
 } DemBodySearch;
 
 /* A place where the boundary is nearest: what a sphere around x would touch. */
@@ -29,7 +29,7 @@ PetscErrorCode DemBodySearchCreate(const DemBody *body, PetscReal reach, PetscRe
 PetscErrorCode DemBodySearchDestroy(DemBodySearch *search);
 
 /* Outward unit normal of a boundary simplex. */
-void DemBodyNormal(PetscInt dim, const PetscReal *simplex, PetscReal n[3]);
+void      DemBodyNormal(PetscInt dim, const PetscReal *simplex, PetscReal n[3]);
 PetscBool DemBodySearchInside(const DemBodySearch *search, const PetscReal x[3]);
 /* The ball of this radius around a point inside the body lies inside it; a radius above `reach` is answered by no. */
 PetscBool DemBodySearchClear(const DemBodySearch *search, const PetscReal x[3], PetscReal radius);

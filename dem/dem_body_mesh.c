@@ -10,18 +10,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Pieces by nodes; filled from the cells, then turned into planes. */
-typedef struct {
-  PetscInt   dim, n_nodes, n_pieces;
-  PetscReal *x;    /* [n_nodes][3]: the mesh's and the middles */
-  PetscInt  *node; /* [n_pieces][4]; a triangle leaves the last -1 */
-  PetscInt  *cell; /* [n_pieces] mesh cell it came from */
-} Pieces;
-
 /* One facet of one piece: nodes ascending, -1 behind the end in 2D. */
 typedef struct {
   PetscInt key[3], piece, local;
 } Facet;
+
+/* Pieces by nodes; filled from the cells, then turned into planes. */
+typedef struct {
+  PetscInt   dim, n_nodes, n_pieces;
+  PetscReal *x;             /* [n_nodes][3]: the mesh's and the middles */
+  PetscInt  *node;          /* [n_pieces][4]; a triangle leaves the last -1 */
+  PetscInt  *cell;          /* [n_pieces] mesh cell it came from */
+  Facet     *facet, *named; /* work: facets of all pieces; those of named groups */
+  PetscInt  *face_of_group; /* work: face of the body by group of the mesh, -1 unused */
+} Pieces;
 
 static int CompareFacets(const void *a, const void *b)
 {
@@ -38,7 +40,7 @@ static void SortKey(PetscInt n, PetscInt key[3])
     for (PetscInt j = i; j > 0 && key[j] < key[j - 1]; j--) {
       const PetscInt t = key[j];
 
-      key[j]     = key[j - 1];
+      key[j] = key[j - 1];
       key[j - 1] = t;
     }
 }
@@ -48,36 +50,44 @@ typedef struct {
   PetscInt dim, corners, n_faces, face[6][4];
 } Shape;
 
-static const Shape tri   = {2, 3, 0, {{0}}};
-static const Shape quad  = {2, 4, 0, {{0}}};
-static const Shape tet   = {3, 4, 0, {{0}}};
-static const Shape hex   = {3, 8, 6, {{0, 3, 2, 1}, {0, 1, 5, 4}, {0, 4, 7, 3}, {1, 2, 6, 5}, {2, 3, 7, 6}, {4, 5, 6, 7}}};
+static const Shape tri = {2, 3, 0, {{0}}};
+static const Shape quad = {2, 4, 0, {{0}}};
+static const Shape tet = {3, 4, 0, {{0}}};
+static const Shape hex = {3, 8, 6, {{0, 3, 2, 1}, {0, 1, 5, 4}, {0, 4, 7, 3}, {1, 2, 6, 5}, {2, 3, 7, 6}, {4, 5, 6, 7}}};
 static const Shape prism = {3, 6, 5, {{0, 2, 1, -1}, {3, 4, 5, -1}, {0, 1, 4, 3}, {0, 3, 5, 2}, {1, 2, 5, 4}}};
-static const Shape pyra  = {3, 5, 5, {{0, 3, 2, 1}, {0, 1, 4, -1}, {1, 2, 4, -1}, {2, 3, 4, -1}, {3, 0, 4, -1}}};
-static const Shape line  = {1, 2, 0, {{0}}};
+static const Shape pyra = {3, 5, 5, {{0, 3, 2, 1}, {0, 1, 4, -1}, {1, 2, 4, -1}, {2, 3, 4, -1}, {3, 0, 4, -1}}};
+static const Shape line = {1, 2, 0, {{0}}};
 static const Shape point = {0, 1, 0, {{0}}};
 
 static const Shape *CellShape(MeshCellType type)
 {
   switch (type) {
   case MESH_LINE2:
-  case MESH_LINE3: return &line;
+  case MESH_LINE3:
+    return &line;
   case MESH_TRI3:
-  case MESH_TRI6: return &tri;
+  case MESH_TRI6:
+    return &tri;
   case MESH_QUAD4:
   case MESH_QUAD8:
-  case MESH_QUAD9: return &quad;
+  case MESH_QUAD9:
+    return &quad;
   case MESH_TET4:
-  case MESH_TET10: return &tet;
+  case MESH_TET10:
+    return &tet;
   case MESH_HEX8:
   case MESH_HEX20:
-  case MESH_HEX27: return &hex;
+  case MESH_HEX27:
+    return &hex;
   case MESH_PRISM6:
   case MESH_PRISM15:
-  case MESH_PRISM18: return &prism;
+  case MESH_PRISM18:
+    return &prism;
   case MESH_PYRAMID5:
-  case MESH_PYRAMID14: return &pyra;
-  default: return &point;
+  case MESH_PYRAMID14:
+    return &pyra;
+  default:
+    return &point;
   }
 }
 
@@ -119,12 +129,12 @@ static PetscErrorCode PiecesFromCells(const Mesh *mesh, const MeshGroup *group, 
   PetscCall(PetscMalloc1(4 * pieces, &p->node));
   PetscCall(PetscMalloc1(pieces, &p->cell));
   PetscCall(PetscArraycpy(p->x, mesh->x, 3 * mesh->n_nodes));
-  p->n_nodes  = mesh->n_nodes;
+  p->n_nodes = mesh->n_nodes;
   p->n_pieces = 0;
   for (PetscInt k = 0; k < n; k++) {
-    const PetscInt  cell = group ? group->cell[k] : k, *v = &mesh->node[mesh->start[cell]];
-    const Shape    *s    = CellShape(mesh->type[cell]);
-    const PetscInt  mid  = p->n_nodes;
+    const PetscInt cell = group ? group->cell[k] : k, *v = &mesh->node[mesh->start[cell]];
+    const Shape   *s = CellShape(mesh->type[cell]);
+    const PetscInt mid = p->n_nodes;
 
     if (s->dim != mesh->dim) continue;
     if (!s->n_faces) {
@@ -145,7 +155,7 @@ static PetscErrorCode PiecesFromCells(const Mesh *mesh, const MeshGroup *group, 
       for (PetscInt t = 0; t < m; t++) {
         for (PetscInt c = 0; c < 3; c++) p->node[4 * p->n_pieces + c] = triangle[t][c];
         p->node[4 * p->n_pieces + 3] = mid;
-        p->cell[p->n_pieces++]       = cell;
+        p->cell[p->n_pieces++] = cell;
       }
     }
   }
@@ -189,17 +199,18 @@ static PetscErrorCode PiecesOrient(const Mesh *mesh, Pieces *p)
 {
   PetscFunctionBegin;
   for (PetscInt k = 0; k < p->n_pieces; k++) {
-    PetscInt       *v   = &p->node[4 * k];
+    PetscInt       *v = &p->node[4 * k];
     const PetscReal len = LongestEdge(p, v), flat = 1e-9 * (p->dim == 2 ? len * len : len * len * len);
     const PetscInt  id = mesh->cell_id ? mesh->cell_id[p->cell[k]] : p->cell[k];
 
     if (Orient(p, v[0], v[1], v[2], v[3]) < 0) {
       const PetscInt last = p->dim == 2 && v[3] >= 0 ? 3 : 2, t = v[1];
 
-      v[1]    = v[last];
+      v[1] = v[last];
       v[last] = t;
     }
-    BaseCheckInput(Orient(p, v[0], v[1], v[2], v[3]) > flat, PETSC_COMM_SELF, "%s: cell %" PetscInt_FMT " is flat (or folded); mesh the body again", mesh->source, id);
+    BaseCheckInput(Orient(p, v[0], v[1], v[2], v[3]) > flat, PETSC_COMM_SELF, "%s: cell %" PetscInt_FMT " is flat (or folded); mesh the body again",
+                   mesh->source, id);
     if (p->dim == 2 && v[3] >= 0)
       BaseCheckInput(Orient(p, v[1], v[2], v[3], 0) > flat && Orient(p, v[2], v[3], v[0], 0) > flat && Orient(p, v[3], v[0], v[1], 0) > flat, PETSC_COMM_SELF,
                      "%s: cell %" PetscInt_FMT " is not convex; mesh the body again", mesh->source, id);
@@ -244,7 +255,7 @@ static void FacetPlane(const Pieces *p, const PetscInt key[3], PetscReal plane[4
     for (PetscInt c = 0; c < 3; c++) mid[c] = (a[c] + b[c] + d[c]) / 3;
   }
   for (PetscInt c = 0; c < 3; c++) len += plane[c] * plane[c];
-  len      = PetscSqrtReal(len);
+  len = PetscSqrtReal(len);
   plane[3] = 0;
   for (PetscInt c = 0; c < 3; c++) {
     plane[c] /= len;
@@ -294,20 +305,23 @@ static PetscInt FindNamed(PetscInt n, const Facet *named, const PetscInt key[3])
   while (lo < hi) {
     const PetscInt m = (lo + hi) / 2;
 
-    if (CompareFacets(&named[m], &want) < 0) lo = m + 1;
-    else hi = m;
+    if (CompareFacets(&named[m], &want) < 0)
+      lo = m + 1;
+    else
+      hi = m;
   }
   return lo < n && !memcmp(named[lo].key, key, sizeof(named[lo].key)) ? lo : -1;
 }
 
-static PetscErrorCode PiecesToBody(const Mesh *mesh, const Pieces *p, DemBody *body)
+static PetscErrorCode PiecesToBody(const Mesh *mesh, Pieces *p, DemBody *body)
 {
-  Facet    *facet, *named;
-  PetscInt  n_facets = 0, n_named = 0, n_boundary = 0, n_planes = 0, *face_of_group, unnamed = -1, n_faces = 0;
+  Facet   *facet;
+  PetscInt n_facets = 0, n_named = 0, n_boundary = 0, n_planes = 0, unnamed = -1, n_faces = 0;
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < p->n_pieces; k++) n_planes += PieceFacet(p, k, -1, NULL);
-  PetscCall(PetscMalloc1(n_planes, &facet));
+  PetscCall(PetscMalloc1(n_planes, &p->facet));
+  facet = p->facet;
   for (PetscInt k = 0; k < p->n_pieces; k++)
     for (PetscInt f = 0; f < PieceFacet(p, k, -1, NULL); f++, n_facets++) {
       PieceFacet(p, k, f, facet[n_facets].key);
@@ -317,20 +331,21 @@ static PetscErrorCode PiecesToBody(const Mesh *mesh, const Pieces *p, DemBody *b
     }
   qsort(facet, n_facets, sizeof(*facet), CompareFacets);
   for (PetscInt k = 0, m; k < n_facets; k += m) {
-    for (m = 1; k + m < n_facets && !memcmp(facet[k].key, facet[k + m].key, sizeof(facet[k].key)); m++) { }
-    BaseCheckInput(m <= 2, PETSC_COMM_SELF, "%s: %" PetscInt_FMT " cells share one facet (cell %" PetscInt_FMT " is one of them); remove the duplicates", mesh->source, m,
-                   mesh->cell_id ? mesh->cell_id[p->cell[facet[k].piece]] : p->cell[facet[k].piece]);
+    for (m = 1; k + m < n_facets && !memcmp(facet[k].key, facet[k + m].key, sizeof(facet[k].key)); m++) {
+    }
+    BaseCheckInput(m <= 2, PETSC_COMM_SELF, "%s: %" PetscInt_FMT " cells share one facet (cell %" PetscInt_FMT " is one of them); remove the duplicates",
+                   mesh->source, m, mesh->cell_id ? mesh->cell_id[p->cell[facet[k].piece]] : p->cell[facet[k].piece]);
     n_boundary += m == 1;
   }
-  PetscCall(NamedFacets(mesh, &n_named, &named));
+  PetscCall(NamedFacets(mesh, &n_named, &p->named));
 
   body->dim = p->dim;
   PetscCall(DemBodyAllocate(p->n_pieces, n_planes, n_boundary, mesh->n_groups + 1, body));
-  PetscCall(PetscMalloc1(mesh->n_groups, &face_of_group));
-  for (PetscInt g = 0; g < mesh->n_groups; g++) face_of_group[g] = -1;
+  PetscCall(PetscMalloc1(mesh->n_groups, &p->face_of_group));
+  for (PetscInt g = 0; g < mesh->n_groups; g++) p->face_of_group[g] = -1;
   body->start[0] = 0;
   for (PetscInt c = 0; c < 3; c++) {
-    body->low[c]  = PETSC_MAX_REAL;
+    body->low[c] = PETSC_MAX_REAL;
     body->high[c] = -PETSC_MAX_REAL;
   }
   for (PetscInt k = 0; k < p->n_pieces; k++) {
@@ -338,16 +353,16 @@ static PetscErrorCode PiecesToBody(const Mesh *mesh, const Pieces *p, DemBody *b
 
     body->start[k + 1] = body->start[k] + PieceFacet(p, k, -1, NULL);
     for (PetscInt c = 0; c < 3; c++) {
-      box[c]     = PETSC_MAX_REAL;
+      box[c] = PETSC_MAX_REAL;
       box[3 + c] = -PETSC_MAX_REAL;
       for (PetscInt a = 0; a < 4; a++) {
         const PetscInt v = p->node[4 * k + a];
 
         if (v < 0) continue;
-        box[c]     = PetscMin(box[c], p->x[3 * v + c]);
+        box[c] = PetscMin(box[c], p->x[3 * v + c]);
         box[3 + c] = PetscMax(box[3 + c], p->x[3 * v + c]);
       }
-      body->low[c]  = PetscMin(body->low[c], box[c]);
+      body->low[c] = PetscMin(body->low[c], box[c]);
       body->high[c] = PetscMax(body->high[c], box[3 + c]);
     }
   }
@@ -359,22 +374,22 @@ static PetscErrorCode PiecesToBody(const Mesh *mesh, const Pieces *p, DemBody *b
     m = k + 1 < n_facets && !memcmp(facet[k].key, facet[k + 1].key, sizeof(facet[k].key)) ? 2 : 1;
     FacetPlane(p, facet[k].key, plane);
     if (m == 1) {
-      const PetscInt at = FindNamed(n_named, named, facet[k].key);
+      const PetscInt at = FindNamed(n_named, p->named, facet[k].key);
 
       if (at < 0) {
         if (unnamed < 0) unnamed = n_faces++;
         face = unnamed;
       } else {
-        const PetscInt group = named[at].piece, next = at + 1;
+        const PetscInt group = p->named[at].piece, next = at + 1;
 
-        BaseCheckInput(next == n_named || memcmp(named[next].key, named[at].key, sizeof(named[at].key)) || named[next].piece == group, PETSC_COMM_SELF,
-                       "%s: groups '%s' and '%s' share facets; a facet of a body of particles belongs to one group", mesh->source, mesh->group[group].name,
-                       mesh->group[named[next].piece].name);
-        if (face_of_group[group] < 0) {
-          face_of_group[group] = n_faces;
+        BaseCheckInput(next == n_named || memcmp(p->named[next].key, p->named[at].key, sizeof(p->named[at].key)) || p->named[next].piece == group,
+                       PETSC_COMM_SELF, "%s: groups '%s' and '%s' share facets; a facet of a body of particles belongs to one group", mesh->source,
+                       mesh->group[group].name, mesh->group[p->named[next].piece].name);
+        if (p->face_of_group[group] < 0) {
+          p->face_of_group[group] = n_faces;
           PetscCall(PetscStrncpy(body->face_name[n_faces++], mesh->group[group].name, sizeof(body->face_name[0])));
         }
-        face = face_of_group[group];
+        face = p->face_of_group[group];
       }
     }
     for (PetscInt side = 0; side < m; side++) {
@@ -387,7 +402,7 @@ static PetscErrorCode PiecesToBody(const Mesh *mesh, const Pieces *p, DemBody *b
         for (PetscInt c = 0; c < 3; c++) inner[c] += p->x[3 * p->node[4 * f->piece + a] + c] / corners;
       for (PetscInt c = 0; c < 3; c++) out += plane[c] * inner[c];
       for (PetscInt c = 0; c < 4; c++) body->plane[4 * at + c] = out < plane[3] ? plane[c] : -plane[c];
-      body->face[at]   = face;
+      body->face[at] = face;
       body->beyond[at] = m == 2 ? facet[k + 1 - side].piece : -1;
       if (m == 1) {
         for (PetscInt a = 0; a < p->dim; a++) {
@@ -399,22 +414,21 @@ static PetscErrorCode PiecesToBody(const Mesh *mesh, const Pieces *p, DemBody *b
     }
   }
   body->n_faces = n_faces;
-  PetscCall(PetscFree(face_of_group));
-  PetscCall(PetscFree(named));
-  PetscCall(PetscFree(facet));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode DemBodyCreateFromMesh(const Mesh *mesh, const char *group, PetscReal thickness, DemBody *body)
 {
-  const MeshGroup *part   = NULL;
+  const MeshGroup *part = NULL;
   Pieces           pieces = {0};
-  PetscReal        size   = 0;
+  PetscReal        size = 0;
+  PetscErrorCode   code;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(body, sizeof(*body)));
   BaseCheckInput(mesh->dim == 2 || mesh->dim == 3, PETSC_COMM_SELF, "%s: a body of particles needs cells of 2 or 3 dimensions", mesh->source);
-  BaseCheckInput(mesh->dim == 3 || (thickness > 0 && !PetscIsInfOrNanReal(thickness)), PETSC_COMM_SELF, "A 2D body needs a thickness above 0, not %g m", (double)thickness);
+  BaseCheckInput(mesh->dim == 3 || (thickness > 0 && !PetscIsInfOrNanReal(thickness)), PETSC_COMM_SELF, "A 2D body needs a thickness above 0, not %g m",
+                 (double)thickness);
   if (group && group[0]) {
     for (PetscInt g = 0; g < mesh->n_groups; g++)
       if (mesh->group[g].dim == mesh->dim && !strcmp(mesh->group[g].name, group)) part = &mesh->group[g];
@@ -422,14 +436,20 @@ PetscErrorCode DemBodyCreateFromMesh(const Mesh *mesh, const char *group, PetscR
   }
   for (PetscInt k = 0; k < 3 * mesh->n_nodes; k++) size = PetscMax(size, PetscAbsReal(mesh->x[k]));
   for (PetscInt k = 0; mesh->dim == 2 && k < mesh->n_nodes; k++)
-    BaseCheckInput(PetscAbsReal(mesh->x[3 * k + 2]) <= 1e-9 * size, PETSC_COMM_SELF, "%s: node %" PetscInt_FMT " lies at z = %g m; a 2D body lies in the plane z = 0",
-                   mesh->source, mesh->id ? mesh->id[k] : k, (double)mesh->x[3 * k + 2]);
-  PetscCall(PiecesFromCells(mesh, part, &pieces));
-  PetscCall(PiecesOrient(mesh, &pieces));
-  PetscCall(PiecesToBody(mesh, &pieces, body));
+    BaseCheckInput(PetscAbsReal(mesh->x[3 * k + 2]) <= 1e-9 * size, PETSC_COMM_SELF,
+                   "%s: node %" PetscInt_FMT " lies at z = %g m; a 2D body lies in the plane z = 0", mesh->source, mesh->id ? mesh->id[k] : k,
+                   (double)mesh->x[3 * k + 2]);
   body->thickness = mesh->dim == 2 ? thickness : 1;
+  code = PiecesFromCells(mesh, part, &pieces);
+  if (!code) code = PiecesOrient(mesh, &pieces);
+  if (!code) code = PiecesToBody(mesh, &pieces, body);
   PetscCall(PetscFree(pieces.x));
   PetscCall(PetscFree(pieces.node));
   PetscCall(PetscFree(pieces.cell));
+  PetscCall(PetscFree(pieces.facet));
+  PetscCall(PetscFree(pieces.named));
+  PetscCall(PetscFree(pieces.face_of_group));
+  if (code) PetscCall(DemBodyDestroy(body));
+  PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -72,18 +72,19 @@ static PetscErrorCode FindBends(const DemBody *body, unsigned char **bend)
   for (PetscInt k = 0; k < n; k++) {
     const PetscInt s = k / dim, local = k % dim, a = body->simplex_node[k], b = dim == 2 ? a : body->simplex_node[dim * s + (local + 1) % dim];
 
-    ridge[k].key[0]  = PetscMin(a, b);
-    ridge[k].key[1]  = PetscMax(a, b);
+    ridge[k].key[0] = PetscMin(a, b);
+    ridge[k].key[1] = PetscMax(a, b);
     ridge[k].simplex = s;
-    ridge[k].local   = local;
-    top              = PetscMax(top, ridge[k].key[1]);
+    ridge[k].local = local;
+    top = PetscMax(top, ridge[k].key[1]);
   }
   qsort(ridge, n, sizeof(*ridge), CompareRidges);
   PetscCall(PetscCalloc1(top + 1, &corner));
   for (PetscInt k = 0, m; k < n; k += m) {
     PetscInt sign = 1;
 
-    for (m = 1; k + m < n && ridge[k + m].key[0] == ridge[k].key[0] && ridge[k + m].key[1] == ridge[k].key[1]; m++) { }
+    for (m = 1; k + m < n && ridge[k + m].key[0] == ridge[k].key[0] && ridge[k + m].key[1] == ridge[k].key[1]; m++) {
+    }
     if (m == 2) sign = RidgeSign(body, &ridge[k], &ridge[k + 1]); /* shared by more: taken as re-entrant, filtered later */
     for (PetscInt j = 0; j < m && sign > 0; j++) (*bend)[dim * ridge[k + j].simplex + ridge[k + j].local] |= dim == 2 ? 1 : 2;
     for (PetscInt e = 0; e < 2 && sign; e++) {
@@ -101,16 +102,13 @@ static PetscErrorCode FindBends(const DemBody *body, unsigned char **bend)
 
 /* ---- nearest point of a simplex ---- */
 
-static PetscReal Dot(const PetscReal a[3], const PetscReal b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+static PetscReal Dot(const PetscReal a[3], const PetscReal b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /* Nearest point q of segment a b; returns where: 0 inside, 1 at a, 2 at b. */
 static PetscInt NearestOnSegment(const PetscReal *a, const PetscReal *b, const PetscReal x[3], PetscReal q[3])
 {
   const PetscReal ab[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, ax[3] = {x[0] - a[0], x[1] - a[1], x[2] - a[2]};
-  const PetscReal t     = PetscMin(1, PetscMax(0, Dot(ab, ax) / Dot(ab, ab)));
+  const PetscReal t = PetscMin(1, PetscMax(0, Dot(ab, ax) / Dot(ab, ab)));
 
   for (PetscInt c = 0; c < 3; c++) q[c] = t >= 1 ? b[c] : a[c] + t * ab[c];
   return t <= 0 ? 1 : (t >= 1 ? 2 : 0);
@@ -128,7 +126,8 @@ static PetscInt NearestOnSimplex(PetscInt dim, const PetscReal *s, const PetscRe
   }
   DemBodyNormal(3, s, n);
   for (PetscInt k = 0; k < 3; k++) {
-    const PetscReal *a = &s[3 * k], *b = &s[3 * ((k + 1) % 3)], ab[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, ax[3] = {x[0] - a[0], x[1] - a[1], x[2] - a[2]};
+    const PetscReal *a = &s[3 * k], *b = &s[3 * ((k + 1) % 3)], ab[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]},
+                    ax[3] = {x[0] - a[0], x[1] - a[1], x[2] - a[2]};
 
     inside &= (ab[1] * ax[2] - ab[2] * ax[1]) * n[0] + (ab[2] * ax[0] - ab[0] * ax[2]) * n[1] + (ab[0] * ax[1] - ab[1] * ax[0]) * n[2] >= 0;
   }
@@ -139,12 +138,12 @@ static PetscInt NearestOnSimplex(PetscInt dim, const PetscReal *s, const PetscRe
     return -1;
   }
   for (PetscInt k = 0; k < 3; k++) {
-    PetscReal      p[3];
-    const PetscInt at = NearestOnSegment(&s[3 * k], &s[3 * ((k + 1) % 3)], x, p);
+    PetscReal       p[3];
+    const PetscInt  at = NearestOnSegment(&s[3 * k], &s[3 * ((k + 1) % 3)], x, p);
     const PetscReal d = PetscSqr(p[0] - x[0]) + PetscSqr(p[1] - x[1]) + PetscSqr(p[2] - x[2]);
 
     if (d < best) {
-      best  = d;
+      best = d;
       where = at == 0 ? 3 + k : (k + at - 1) % 3;
       for (PetscInt c = 0; c < 3; c++) q[c] = p[c];
     }
@@ -178,14 +177,14 @@ static PetscErrorCode FillGrid(const DemBodySearch *g, PetscBool walls, PetscInt
 
       for (PetscInt c = 0; c < 3; c++) {
         if (walls) {
-          box[c]     = PETSC_MAX_REAL;
+          box[c] = PETSC_MAX_REAL;
           box[3 + c] = -PETSC_MAX_REAL;
           for (PetscInt a = 0; a < dim; a++) {
-            box[c]     = PetscMin(box[c], body->simplex[3 * (dim * k + a) + c] - g->reach);
+            box[c] = PetscMin(box[c], body->simplex[3 * (dim * k + a) + c] - g->reach);
             box[3 + c] = PetscMax(box[3 + c], body->simplex[3 * (dim * k + a) + c] + g->reach);
           }
         } else {
-          box[c]     = body->box[6 * k + c] - 1e-9 * g->width;
+          box[c] = body->box[6 * k + c] - 1e-9 * g->width;
           box[3 + c] = body->box[6 * k + 3 + c] + 1e-9 * g->width;
         }
       }
@@ -202,8 +201,10 @@ static PetscErrorCode FillGrid(const DemBodySearch *g, PetscBool walls, PetscInt
               NearestOnSimplex(dim, &body->simplex[3 * dim * k], mid, q);
               if (PetscSqr(q[0] - mid[0]) + PetscSqr(q[1] - mid[1]) + PetscSqr(q[2] - mid[2]) > PetscSqr(g->reach + half)) continue;
             }
-            if (pass == 0) (*start)[cell + 2]++;
-            else (*item)[(*start)[cell + 1]++] = k;
+            if (pass == 0)
+              (*start)[cell + 2]++;
+            else
+              (*item)[(*start)[cell + 1]++] = k;
           }
     }
     if (pass == 0) {
@@ -218,7 +219,7 @@ PetscErrorCode DemBodySearchCreate(const DemBody *body, PetscReal reach, PetscRe
 {
   PetscFunctionBegin;
   PetscCall(PetscMemzero(search, sizeof(*search)));
-  search->body  = body;
+  search->body = body;
   search->reach = reach;
   search->width = width;
   for (PetscReal cells = MAX_CELLS + 1.; cells > MAX_CELLS;) {
@@ -296,7 +297,7 @@ PetscBool DemBodySearchClear(const DemBodySearch *search, const PetscReal x[3], 
 
   if (radius > search->reach) return PETSC_FALSE;
   for (PetscInt k = search->wall_start[cell]; k < search->wall_start[cell + 1]; k++) {
-    const PetscInt   s   = search->wall[k];
+    const PetscInt   s = search->wall[k];
     const PetscReal *out = &search->out[4 * s];
     PetscReal        q[3];
 
@@ -315,13 +316,13 @@ PetscInt DemBodySearchWalls(const DemBodySearch *search, const PetscReal x[3], P
   PetscInt       n = 0, kept = 0;
 
   for (PetscInt k = search->wall_start[cell]; k < search->wall_start[cell + 1]; k++) {
-    const PetscInt   s   = search->wall[k];
+    const PetscInt   s = search->wall[k];
     const PetscReal *tri = &body->simplex[3 * dim * s];
     const PetscReal *out = &search->out[4 * s];
     const PetscReal  rise = out[3] - Dot(out, x);
     PetscReal        q[3], d, height, inward[3];
     PetscInt         where, at;
-    PetscBool        flat, twin = PETSC_FALSE, bent = search->bend[dim * s] | search->bend[dim * s + 1] | search->bend[dim * s + dim - 1] ? PETSC_TRUE : PETSC_FALSE;
+    PetscBool flat, twin = PETSC_FALSE, bent = search->bend[dim * s] | search->bend[dim * s + 1] | search->bend[dim * s + dim - 1] ? PETSC_TRUE : PETSC_FALSE;
 
     if (rise >= reach || rise <= (bent ? -reach : 0)) continue; /* most of them */
     where = NearestOnSimplex(dim, tri, x, q);
@@ -329,7 +330,7 @@ PetscInt DemBodySearchWalls(const DemBodySearch *search, const PetscReal x[3], P
     d = PetscSqrtReal(Dot(inward, inward));
     if (!(d > 0 && d < reach)) continue;
     height = -Dot(out, inward);
-    flat   = height > (1 - 1e-9) * d ? PETSC_TRUE : PETSC_FALSE;
+    flat = height > (1 - 1e-9) * d ? PETSC_TRUE : PETSC_FALSE;
     if (!flat) {
       if (where < 0) continue; /* behind the face: another part of a thin body, or across a notch */
       if (!(where < 3 ? search->bend[dim * s + where] & 1 : search->bend[dim * s + where - 3] & 2)) continue;
@@ -337,7 +338,8 @@ PetscInt DemBodySearchWalls(const DemBodySearch *search, const PetscReal x[3], P
     for (PetscInt j = 0; j < n && !twin; j++)
       twin = PetscSqr(foot[j][0] - q[0]) + PetscSqr(foot[j][1] - q[1]) + PetscSqr(foot[j][2] - q[2]) < 1e-14 * reach * reach ? PETSC_TRUE : PETSC_FALSE;
     if (twin) continue;
-    for (at = n; at > 0 && wall[at - 1].distance > d; at--) { }
+    for (at = n; at > 0 && wall[at - 1].distance > d; at--) {
+    }
     if (at == DEM_MAX_WALLS) continue;
     if (n == DEM_MAX_WALLS) n--;
     for (PetscInt j = n; j > at; j--) {
@@ -346,11 +348,11 @@ PetscInt DemBodySearchWalls(const DemBodySearch *search, const PetscReal x[3], P
     }
     n++;
     wall[at].distance = flat ? height : d;
-    wall[at].simplex  = s;
-    wall[at].flat     = flat;
+    wall[at].simplex = s;
+    wall[at].flat = flat;
     for (PetscInt c = 0; c < 3; c++) {
       wall[at].inward[c] = flat ? -out[c] : inward[c] / d;
-      foot[at][c]        = q[c];
+      foot[at][c] = q[c];
     }
   }
   /* A touch on an edge counts only where no flat part that holds the same foot is nearer. */

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define FIRST_CUBE    1.5   /* half side / mean spacing */
+#define FIRST_CUBE 1.5      /* half side / mean spacing */
 #define SUM_TOLERANCE 1e-10 /* of the body's volume */
 
 static PetscErrorCode ParticleGridCreate(const DemBody *body, const DemPacking *packing, ParticleGrid *g)
@@ -30,7 +30,7 @@ static PetscErrorCode ParticleGridCreate(const DemBody *body, const DemPacking *
   }
   for (PetscInt c = 0; c < 3; c++) {
     g->low[c] = body->low[c];
-    g->m[c]   = (PetscInt)PetscMax(1, PetscCeilReal((body->high[c] - body->low[c]) / g->width));
+    g->m[c] = (PetscInt)PetscMax(1, PetscCeilReal((body->high[c] - body->low[c]) / g->width));
     cells *= g->m[c];
   }
   PetscCall(PetscCalloc1(cells + 2, &g->start));
@@ -41,7 +41,7 @@ static PetscErrorCode ParticleGridCreate(const DemBody *body, const DemPacking *
     PetscInt at[3];
 
     for (PetscInt c = 0; c < 3; c++) at[c] = (PetscInt)PetscMax(0, PetscMin(g->m[c] - 1, PetscFloorReal((packing->x[3 * p + c] - g->low[c]) / g->width)));
-    cell[p]  = (at[2] * g->m[1] + at[1]) * g->m[0] + at[0];
+    cell[p] = (at[2] * g->m[1] + at[1]) * g->m[0] + at[0];
     g->r_max = PetscMax(g->r_max, packing->r[p]);
     g->start[cell[p] + 2]++;
   }
@@ -103,7 +103,8 @@ static Trouble HarvestCell(PetscInt dim, PetscInt p, Worker *w)
   for (PetscInt k = 0, m; k < w->n_patches; k += m) {
     Patch joined = w->patch[k];
 
-    for (m = 1; k + m < w->n_patches && w->patch[k + m].q == joined.q; m++) { }
+    for (m = 1; k + m < w->n_patches && w->patch[k + m].q == joined.q; m++) {
+    }
     if (joined.q >= 0) {
       for (PetscInt j = 1; j < m; j++) JoinPatch(&joined, &w->patch[k + j]);
       if (joined.q < p) {
@@ -112,7 +113,7 @@ static Trouble HarvestCell(PetscInt dim, PetscInt p, Worker *w)
       } else {
         if (HarvestCorners(dim, w, &w->patch[k], &w->patch[k + m - 1], out, &joined.n)) return NO_MEMORY;
         if (DemCellGrow(out->n_facets + 1, sizeof(Patch), &out->room_facets, &out->facet)) return NO_MEMORY;
-        joined.at                   = p;
+        joined.at = p;
         out->facet[out->n_facets++] = joined;
       }
     } else { /* one wall per face and plane */
@@ -135,7 +136,7 @@ static Trouble HarvestCell(PetscInt dim, PetscInt p, Worker *w)
           JoinPatch(&out->wall[same], &w->patch[j]);
         } else {
           if (DemCellGrow(out->n_walls + 1, sizeof(Patch), &out->room_walls, &out->wall)) return NO_MEMORY;
-          out->wall[out->n_walls]    = w->patch[j];
+          out->wall[out->n_walls] = w->patch[j];
           out->wall[out->n_walls].at = p;
           out->n_walls++;
         }
@@ -176,12 +177,12 @@ static PetscErrorCode MakeCells(const CellScene *scene, PetscInt n_workers, Work
   PetscFunctionBegin;
 #pragma omp parallel for schedule(static, 1) num_threads((int)n_workers)
   for (PetscInt t = 0; t < n_workers; t++) {
-    Worker        *w       = &worker[t];
-    const PetscInt end     = (PetscInt)((PetscInt64)n * (t + 1) / n_workers);
-    PetscInt       p       = (PetscInt)((PetscInt64)n * t / n_workers);
+    Worker        *w = &worker[t];
+    const PetscInt end = (PetscInt)((PetscInt64)n * (t + 1) / n_workers);
+    PetscInt       p = (PetscInt)((PetscInt64)n * t / n_workers);
     Trouble        trouble = DemClipCreate(dim, &w->whole) || DemClipCreate(dim, &w->part) ? NO_MEMORY : FINE;
 
-    w->stamp   = malloc(pieces * sizeof(PetscInt));
+    w->stamp = malloc(pieces * sizeof(PetscInt));
     w->part_of = malloc(pieces * sizeof(PetscInt));
     if (!w->stamp || !w->part_of) trouble = NO_MEMORY;
     for (PetscInt k = 0; k < pieces && !trouble; k++) w->stamp[k] = -1;
@@ -198,8 +199,8 @@ static PetscErrorCode MakeCells(const CellScene *scene, PetscInt n_workers, Work
     if (trouble) {
 #pragma omp critical
       if (p < bad) {
-        bad       = p;
-        kind      = trouble;
+        bad = p;
+        kind = trouble;
         bad_other = w->other;
       }
     }
@@ -208,10 +209,11 @@ static PetscErrorCode MakeCells(const CellScene *scene, PetscInt n_workers, Work
     const PetscReal *x = &packing->x[3 * bad];
 
     PetscCheck(kind != NO_MEMORY, PETSC_COMM_SELF, PETSC_ERR_MEM, "No memory for the cells of %" PetscInt_FMT " particles", n);
-    BaseCheckInput(kind != SAME_CENTRE, PETSC_COMM_SELF, "Particles %" PetscInt_FMT " and %" PetscInt_FMT " have the same centre (%g, %g, %g) m; remove one", bad, bad_other,
-                   (double)x[0], (double)x[1], (double)x[2]);
+    BaseCheckInput(kind != SAME_CENTRE, PETSC_COMM_SELF, "Particles %" PetscInt_FMT " and %" PetscInt_FMT " have the same centre (%g, %g, %g) m; remove one",
+                   bad, bad_other, (double)x[0], (double)x[1], (double)x[2]);
     BaseCheckInput(kind != NO_CELL, PETSC_COMM_SELF,
-                   "Particle %" PetscInt_FMT " at (%g, %g, %g) m with radius %g m has no cell: it lies outside the body or hidden by larger neighbours; remove it or change its radius",
+                   "Particle %" PetscInt_FMT
+                   " at (%g, %g, %g) m with radius %g m has no cell: it lies outside the body or hidden by larger neighbours; remove it or change its radius",
                    bad, (double)x[0], (double)x[1], (double)x[2], (double)packing->r[bad]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -245,26 +247,26 @@ static PetscErrorCode JoinHarvests(PetscInt n_workers, const Worker *worker, Dem
 
     PetscCall(PetscArraycpy(&cells->corner[3 * corners], h->corner, 3 * h->n_corners));
     for (PetscInt k = 0; k < h->n_facets; k++, facets++) {
-      cells->p[facets]           = h->facet[k].at;
-      cells->q[facets]           = h->facet[k].q;
-      cells->area[facets]        = h->facet[k].area;
+      cells->p[facets] = h->facet[k].at;
+      cells->q[facets] = h->facet[k].q;
+      cells->area[facets] = h->facet[k].area;
       cells->facet_start[facets] = corners;
       for (PetscInt c = 0; c < 3; c++) cells->at[3 * facets + c] = h->facet[k].x[c];
       corners += h->facet[k].n;
     }
     for (PetscInt k = 0; k < h->n_walls; k++, walls++) {
-      cells->wall_p[walls]    = h->wall[k].at;
+      cells->wall_p[walls] = h->wall[k].at;
       cells->wall_face[walls] = -1 - h->wall[k].q;
       cells->wall_area[walls] = h->wall[k].area;
       for (PetscInt c = 0; c < 3; c++) {
-        cells->wall_at[3 * walls + c]     = h->wall[k].x[c];
+        cells->wall_at[3 * walls + c] = h->wall[k].x[c];
         cells->wall_normal[3 * walls + c] = h->wall[k].normal[c];
       }
     }
   }
   cells->facet_start[facets] = corners;
-  cells->n_facets            = facets;
-  cells->n_walls             = walls;
+  cells->n_facets = facets;
+  cells->n_walls = walls;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -288,19 +290,22 @@ static PetscErrorCode CheckMirrors(PetscInt n_workers, const Worker *worker, con
       while (lo < hi) {
         const PetscInt mid = (lo + hi) / 2;
 
-        if (cells->q[mid] < m->q) lo = mid + 1;
-        else hi = mid;
+        if (cells->q[mid] < m->q)
+          lo = mid + 1;
+        else
+          hi = mid;
       }
       if (lo < first[m->p + 1] && cells->q[lo] == m->q) {
-        area     = cells->area[lo];
+        area = cells->area[lo];
         seen[lo] = PETSC_TRUE;
       }
       PetscCheck(PetscAbsReal(area - m->area) <= tiny, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-                 "Particles %" PetscInt_FMT " and %" PetscInt_FMT " see their facet as %g and %g m2: the diagram is broken", m->p, m->q, (double)area, (double)m->area);
+                 "Particles %" PetscInt_FMT " and %" PetscInt_FMT " see their facet as %g and %g m2: the diagram is broken", m->p, m->q, (double)area,
+                 (double)m->area);
     }
   for (PetscInt k = 0; k < cells->n_facets; k++)
-    PetscCheck(seen[k] || cells->area[k] <= tiny, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Particle %" PetscInt_FMT " does not see its facet of %g m2 with %" PetscInt_FMT, cells->q[k],
-               (double)cells->area[k], cells->p[k]);
+    PetscCheck(seen[k] || cells->area[k] <= tiny, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "Particle %" PetscInt_FMT " does not see its facet of %g m2 with %" PetscInt_FMT, cells->q[k], (double)cells->area[k], cells->p[k]);
   PetscCall(PetscFree(first));
   PetscCall(PetscFree(seen));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -314,21 +319,64 @@ static PetscErrorCode CheckInput(const DemPacking *packing)
     const PetscReal *x = &packing->x[3 * p], r = packing->r[p];
 
     BaseCheckInput(r > 0 && !PetscIsInfOrNanReal(r + x[0] + x[1] + x[2]), PETSC_COMM_SELF,
-                   "Particle %" PetscInt_FMT " at (%g, %g, %g) m with radius %g m: centres are finite and radii above 0", p, (double)x[0], (double)x[1], (double)x[2], (double)r);
+                   "Particle %" PetscInt_FMT " at (%g, %g, %g) m with radius %g m: centres are finite and radii above 0", p, (double)x[0], (double)x[1],
+                   (double)x[2], (double)r);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* First pass: cells as they are, and parts across notches. Second, if there were such parts: with the parts shared out.
+   A part beyond a void wider than the first cube is missing from the sum: then once more with cubes that span the body. */
+static PetscErrorCode MakeAndJoin(CellScene *scene, PetscReal spacing, PetscInt n_workers, Worker *worker, DemCells *cells, PetscReal *solid)
+{
+  const DemBody  *body = scene->search->body;
+  const PetscReal total = DemBodyVolume(body);
+  PetscReal       sum = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt wide = 0; wide < 2; wide++) {
+    scene->h = wide ? scene->h_max : PetscMin(scene->h_max, FIRST_CUBE * spacing);
+    for (PetscInt t = 0; t < n_workers; t++) WorkerFree(&worker[t]);
+    PetscCall(MakeCells(scene, n_workers, worker, cells, solid));
+    sum = 0;
+    for (PetscInt p = 0; p < cells->n; p++) sum += cells->volume[p];
+    if (PetscAbsReal(sum - total) <= SUM_TOLERANCE * total) break;
+  }
+  if (PetscAbsReal(sum - total) <= SUM_TOLERANCE * total) {
+    PetscInt orphans = 0;
+
+    for (PetscInt t = 0; t < n_workers; t++) orphans += worker[t].out.n_orphans;
+    if (orphans) {
+      Estate         estate;
+      PetscErrorCode code = DemEstateCreate(scene, n_workers, worker, &estate);
+
+      for (PetscInt t = 0; t < n_workers; t++) WorkerFree(&worker[t]);
+      scene->estate = &estate;
+      if (!code) code = MakeCells(scene, n_workers, worker, cells, solid);
+      scene->estate = NULL;
+      PetscCall(DemEstateDestroy(&estate));
+      PetscCall(code);
+      sum = 0;
+      for (PetscInt p = 0; p < cells->n; p++) sum += cells->volume[p];
+    }
+  }
+  PetscCheck(PetscAbsReal(sum - total) <= SUM_TOLERANCE * total, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The cells fill %.12g m3 of a body of %.12g m3%s",
+             (double)sum, (double)total, body->n_pieces > 1 ? "; do cells of the mesh overlap?" : "");
+  PetscCall(JoinHarvests(n_workers, worker, cells));
+  PetscCall(CheckMirrors(n_workers, worker, cells, 1e-9 * total / cells->n / spacing));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode DemCellsBuild(const DemBody *body, const DemPacking *packing, DemCells *cells, PetscReal *solid)
 {
   const PetscInt  n = packing->n, dim = body->dim, n_workers = PetscMin(PetscMax(n, 1), omp_get_max_threads());
-  const PetscReal total = DemBodyVolume(body), spacing = PetscPowReal(total / body->thickness / PetscMax(n, 1), 1. / dim);
-  PetscReal       h_max = 0, sum = 0;
+  const PetscReal spacing = PetscPowReal(DemBodyVolume(body) / body->thickness / PetscMax(n, 1), 1. / dim);
+  PetscReal       h_max = 0;
   ParticleGrid    grid;
   DemBodySearch   search;
-  Estate          estate = {0};
   Worker         *worker;
-  CellScene       scene  = {.search = &search, .grid = &grid, .packing = packing};
+  CellScene       scene = {.search = &search, .grid = &grid, .packing = packing};
+  PetscErrorCode  code;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(cells, sizeof(*cells)));
@@ -337,54 +385,24 @@ PetscErrorCode DemCellsBuild(const DemBody *body, const DemPacking *packing, Dem
     for (PetscInt c = 0; c < dim; c++)
       h_max = PetscMax(h_max, PetscMax(PetscAbsReal(packing->x[3 * p + c] - body->low[c]), PetscAbsReal(packing->x[3 * p + c] - body->high[c])));
   scene.h_max = 1.01 * h_max;
-  cells->n    = n;
+  cells->n = n;
   PetscCall(PetscMalloc1(n, &cells->volume));
   PetscCall(PetscMalloc1(3 * n, &cells->centroid));
   PetscCall(ParticleGridCreate(body, packing, &grid));
   PetscCall(DemBodySearchCreate(body, body->n_pieces > 1 ? 1.2 * spacing : 0, spacing, &search));
   PetscCall(PetscCalloc1(n_workers, &worker));
-  /* First pass: cells as they are, and parts across notches. Second, if there were such parts: with the parts shared
-     out. A part beyond a void wider than the first cube is missing from the sum: then once more with cubes that span
-     the body. */
-  for (PetscInt wide = 0; wide < 2; wide++) {
-    PetscInt orphans = 0;
-
-    scene.h      = wide ? scene.h_max : PetscMin(scene.h_max, FIRST_CUBE * spacing);
-    scene.estate = NULL;
-    PetscCall(MakeCells(&scene, n_workers, worker, cells, solid));
-    sum = 0;
-    for (PetscInt p = 0; p < n; p++) sum += cells->volume[p];
-    if (PetscAbsReal(sum - total) <= SUM_TOLERANCE * total) {
-      for (PetscInt t = 0; t < n_workers; t++) orphans += worker[t].out.n_orphans;
-      if (orphans) {
-        PetscCall(DemEstateCreate(&scene, n_workers, worker, &estate));
-        for (PetscInt t = 0; t < n_workers; t++) WorkerFree(&worker[t]);
-        scene.estate = &estate;
-        PetscCall(MakeCells(&scene, n_workers, worker, cells, solid));
-        PetscCall(DemEstateDestroy(&estate));
-        sum = 0;
-        for (PetscInt p = 0; p < n; p++) sum += cells->volume[p];
-      }
-      break;
-    }
-    for (PetscInt t = 0; t < n_workers && !wide; t++) WorkerFree(&worker[t]);
-  }
-  PetscCheck(PetscAbsReal(sum - total) <= SUM_TOLERANCE * total, PETSC_COMM_SELF, PETSC_ERR_PLIB, "The cells fill %.12g m3 of a body of %.12g m3%s", (double)sum, (double)total,
-             body->n_pieces > 1 ? "; do cells of the mesh overlap?" : "");
-  PetscCall(JoinHarvests(n_workers, worker, cells));
-  PetscCall(CheckMirrors(n_workers, worker, cells, 1e-9 * total / n / spacing));
+  code = MakeAndJoin(&scene, spacing, n_workers, worker, cells, solid);
   for (PetscInt t = 0; t < n_workers; t++) WorkerFree(&worker[t]);
   PetscCall(PetscFree(worker));
   PetscCall(DemBodySearchDestroy(&search));
   PetscCall(PetscFree(grid.start));
   PetscCall(PetscFree(grid.item));
+  if (code) PetscCall(DemCellsDestroy(cells));
+  PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode DemCellsCreate(const DemBody *body, const DemPacking *packing, DemCells *cells)
-{
-  return DemCellsBuild(body, packing, cells, NULL);
-}
+PetscErrorCode DemCellsCreate(const DemBody *body, const DemPacking *packing, DemCells *cells) { return DemCellsBuild(body, packing, cells, NULL); }
 
 PetscErrorCode DemCellsDestroy(DemCells *cells)
 {

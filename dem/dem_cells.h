@@ -14,9 +14,9 @@ typedef struct {
 
   /* Facets between particles p < q, sorted by p then q. n points from p to q. */
   PetscInt   n_facets;
-  PetscInt  *p, *q;    /* [n_facets] */
-  PetscReal *area;     /* [n_facets] [m2] */
-  PetscReal *at;       /* [n_facets][3] facet centroid [m] */
+  PetscInt  *p, *q; /* [n_facets] */
+  PetscReal *area;  /* [n_facets] [m2] */
+  PetscReal *at;    /* [n_facets][3] facet centroid [m] */
 
   /* Boundary facets: one per particle, face and plane, sorted by particle. */
   PetscInt   n_walls;

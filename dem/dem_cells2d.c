@@ -24,7 +24,7 @@ static int PolygonGrow(DemPolygon *p, int room)
   p->corner = corner;
   if (!(start = realloc(p->start, (room + 1) * sizeof(int)))) return 1;
   p->start = start;
-  p->room  = room;
+  p->room = room;
   return 0;
 }
 
@@ -59,22 +59,22 @@ static int PolygonCut(DemPolygon *p, const PetscReal n[3], PetscReal offset, int
     for (int k = 0; k < keep; k++) {
       const int from = (d + k) % m;
 
-      w[2 * k]     = p->x[2 * from];
+      w[2 * k] = p->x[2 * from];
       w[2 * k + 1] = p->x[2 * from + 1];
-      e[k]         = p->id[from];
+      e[k] = p->id[from];
     }
     for (int k = 0; k < keep; k++) {
-      p->x[2 * k]     = w[2 * k];
+      p->x[2 * k] = w[2 * k];
       p->x[2 * k + 1] = w[2 * k + 1];
-      p->id[k]        = e[k];
+      p->id[k] = e[k];
     }
     for (int k = 0; k < 2; k++) {
-      p->x[2 * keep + k]       = leave[k];
+      p->x[2 * keep + k] = leave[k];
       p->x[2 * (keep + 1) + k] = enter[k];
     }
-    p->id[keep]     = id;
+    p->id[keep] = id;
     p->id[keep + 1] = id_c;
-    p->n            = keep + 2;
+    p->n = keep + 2;
   }
   return 0;
 }
@@ -120,7 +120,7 @@ int DemClipCut(DemClip *clip, const PetscReal normal[3], PetscReal offset, Petsc
   if (clip->dim == 3) {
     *some = VoroCellCut(clip->cell, normal, offset, (int)id) ? PETSC_TRUE : PETSC_FALSE;
   } else {
-    full  = PolygonCut(&clip->polygon, normal, offset, (int)id);
+    full = PolygonCut(&clip->polygon, normal, offset, (int)id);
     *some = clip->polygon.n > 0 ? PETSC_TRUE : PETSC_FALSE;
   }
   return full;
@@ -154,7 +154,7 @@ PetscInt DemClipCorners(DemClip *clip, const double **corner)
 
   if (clip->dim == 3) return VoroCellCorners(clip->cell, corner);
   for (int k = 0; k < p->n; k++) {
-    p->corner[3 * k]     = p->x[2 * k];
+    p->corner[3 * k] = p->x[2 * k];
     p->corner[3 * k + 1] = p->x[2 * k + 1];
     p->corner[3 * k + 2] = 0;
   }
@@ -170,14 +170,14 @@ PetscInt DemClipFacets(DemClip *clip, const int **id, const int **start, const d
   for (int k = 0; k < p->n; k++) {
     p->start[k] = 2 * k;
     for (int e = 0; e < 2; e++) {
-      p->corner[6 * k + 3 * e]     = p->x[2 * ((k + e) % p->n)];
+      p->corner[6 * k + 3 * e] = p->x[2 * ((k + e) % p->n)];
       p->corner[6 * k + 3 * e + 1] = p->x[2 * ((k + e) % p->n) + 1];
       p->corner[6 * k + 3 * e + 2] = 0;
     }
   }
   p->start[p->n] = 2 * p->n;
-  *id            = p->id;
-  *start         = p->start;
-  *corner        = p->corner;
+  *id = p->id;
+  *start = p->start;
+  *corner = p->corner;
   return p->n;
 }

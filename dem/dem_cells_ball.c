@@ -28,7 +28,7 @@ static PetscReal ConeIntegral(PetscReal h, PetscReal e, PetscReal R, PetscReal p
 
 PetscReal DemBallInCone(PetscInt n, const double *corner, const PetscReal normal[3], PetscReal height, PetscReal R)
 {
-  const PetscReal h   = PetscAbsReal(height);
+  const PetscReal h = PetscAbsReal(height);
   PetscReal       sum = 0, around = 0;
 
   if (h <= 0) return 0;
@@ -48,7 +48,7 @@ PetscReal DemBallInCone(PetscInt n, const double *corner, const PetscReal normal
       ta += p[c] * u[c];
     }
     tb = ta + len;
-    e  = normal[0] * (p[1] * u[2] - p[2] * u[1]) + normal[1] * (p[2] * u[0] - p[0] * u[2]) + normal[2] * (p[0] * u[1] - p[1] * u[0]);
+    e = normal[0] * (p[1] * u[2] - p[2] * u[1]) + normal[1] * (p[2] * u[0] - p[0] * u[2]) + normal[2] * (p[0] * u[1] - p[1] * u[0]);
     around += e * len; /* twice the area, signed by the order of the corners */
     part = ConeIntegral(h, PetscAbsReal(e), R, PetscAtan2Real(tb, PetscAbsReal(e))) - ConeIntegral(h, PetscAbsReal(e), R, PetscAtan2Real(ta, PetscAbsReal(e)));
     sum += e < 0 ? -part : part;
@@ -67,7 +67,7 @@ PetscReal DemDiscInTriangle(const double *corner, const PetscReal normal[3], Pet
     PetscReal a;
 
     t[k] = normal[0] * corner[3 * k + 1] - normal[1] * corner[3 * k]; /* along the edge from the foot */
-    a    = PetscAtan2Real(PetscAbsReal(t[k]), e);
+    a = PetscAtan2Real(PetscAbsReal(t[k]), e);
     g[k] = 0.5 * e * e * PetscTanReal(PetscMin(a, edge)) + (a > edge ? 0.5 * R * R * (a - edge) : 0);
     if (t[k] < 0) g[k] = -g[k];
   }

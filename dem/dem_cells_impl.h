@@ -16,7 +16,7 @@ PetscReal DemDiscInTriangle(const double *corner, const PetscReal normal[3], Pet
 /* Ids of a clip's facets: -1 .. -6 the cube, <= -10 plane k of the body, >= 0 a neighbour; at least HEIR_ID(0) the
    neighbour of an heir in a part that it inherited. */
 #define PLANE_ID(k) (-10 - (k))
-#define HEIR_ID(q)  ((q) + (1 << 30))
+#define HEIR_ID(q) ((q) + (1 << 30))
 
 /* Threads report trouble by code; the caller turns the first particle's into words. */
 typedef enum { FINE, NO_MEMORY, SAME_CENTRE, NO_CELL } Trouble;
@@ -45,6 +45,7 @@ typedef struct {
 typedef struct {
   PetscInt  piece, root; /* root: lowest part it is joined with */
   PetscReal volume;      /* in cube units; 0: only touches */
+  PetscReal joined;      /* volume of all parts joined with it, kept by the root */
   PetscReal outside;     /* how far the particle's centre is outside this piece [m] */
 } Part;
 

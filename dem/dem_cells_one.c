@@ -11,6 +11,7 @@
 #include <string.h>
 
 #define FLAT 2e-13 /* thickness in cube units below which a part only touches: the clip's own tolerance */
+#define CRUMB 1e-9 /* volume in cube units: what is cut off and smaller stays with its owner, it may be round-off */
 
 Trouble DemCellGrow(PetscInt need, size_t size, PetscInt *room, void *array)
 {
@@ -21,7 +22,7 @@ Trouble DemCellGrow(PetscInt need, size_t size, PetscInt *room, void *array)
   more = realloc(*(void **)array, need * size);
   if (!more) return NO_MEMORY;
   *(void **)array = more;
-  *room           = need;
+  *room = need;
   return FINE;
 }
 
@@ -36,10 +37,10 @@ static int CompareCandidates(const void *a, const void *b)
 static Trouble CutByNeighbours(const CellScene *scene, PetscInt p, PetscReal h, Worker *w, PetscBool *some)
 {
   const ParticleGrid *g = scene->grid;
-  const DemPacking *packing = scene->packing;
-  const PetscReal *x = &packing->x[3 * p], rp2 = packing->r[p] * packing->r[p];
-  PetscReal        reach = h * DemClipReach(&w->whole);
-  PetscInt         at[3], rings = 0;
+  const DemPacking   *packing = scene->packing;
+  const PetscReal    *x = &packing->x[3 * p], rp2 = packing->r[p] * packing->r[p];
+  PetscReal           reach = h * DemClipReach(&w->whole);
+  PetscInt            at[3], rings = 0;
 
   for (PetscInt c = 0; c < 3; c++) {
     at[c] = (PetscInt)PetscMax(0, PetscMin(g->m[c] - 1, PetscFloorReal((x[c] - g->low[c]) / g->width)));
@@ -81,12 +82,12 @@ static Trouble CutByNeighbours(const CellScene *scene, PetscInt p, PetscReal h, 
             t = (d2 + rp2 - packing->r[q] * packing->r[q]) / (2 * PetscSqrtReal(d2)); /* signed distance of the bisector */
             if (t >= reach) continue;
             if (DemCellGrow(n + 1, sizeof(Candidate), &w->room_candidates, &w->candidate)) return NO_MEMORY;
-            w->candidate[n].t   = t;
+            w->candidate[n].t = t;
             w->candidate[n++].q = q;
           }
         }
       }
-    qsort(w->candidate, n, sizeof(Candidate), CompareCandidates);
+    if (n > 1) qsort(w->candidate, n, sizeof(Candidate), CompareCandidates); /* none: no list to point at */
     for (PetscInt k = 0; k < n && *some; k++) {
       const PetscReal *y = &packing->x[3 * w->candidate[k].q];
       PetscReal        normal[3], d;
@@ -107,13 +108,14 @@ static Trouble CutByNeighbours(const CellScene *scene, PetscInt p, PetscReal h, 
 
 /* The planes of a piece seen from x in cube units. False when one of them has all corners of the cell outside; else
    cut [n_cut] are those that cut some corner off. */
-static PetscBool MeetsPiece(const DemBody *body, PetscInt piece, const PetscReal x[3], PetscReal h, PetscInt n_corners, const double *corner, PetscInt *n_cut, PetscInt *cut)
+static PetscBool MeetsPiece(const DemBody *body, PetscInt piece, const PetscReal x[3], PetscReal h, PetscInt n_corners, const double *corner, PetscInt *n_cut,
+                            PetscInt *cut)
 {
   *n_cut = 0;
   for (PetscInt k = body->start[piece]; k < body->start[piece + 1]; k++) {
-    const PetscReal *n      = &body->plane[4 * k];
+    const PetscReal *n = &body->plane[4 * k];
     const PetscReal  offset = (n[3] - (n[0] * x[0] + n[1] * x[1] + n[2] * x[2])) / h;
-    PetscInt         out    = 0;
+    PetscInt         out = 0;
 
     for (PetscInt c = 0; c < n_corners; c++) out += n[0] * corner[3 * c] + n[1] * corner[3 * c + 1] + n[2] * corner[3 * c + 2] >= offset;
     if (out == n_corners) return PETSC_FALSE;
@@ -123,13 +125,14 @@ static PetscBool MeetsPiece(const DemBody *body, PetscInt piece, const PetscReal
 }
 
 /* Cut by the planes plane[first .. end) of the body; plane NULL: first .. end themselves. */
-static Trouble CutByPlanes(const DemBody *body, PetscInt first, PetscInt end, const PetscInt *plane, const PetscReal x[3], PetscReal h, DemClip *clip, PetscBool *some)
+static Trouble CutByPlanes(const DemBody *body, PetscInt first, PetscInt end, const PetscInt *plane, const PetscReal x[3], PetscReal h, DemClip *clip,
+                           PetscBool *some)
 {
   const PetscReal reach = DemClipReach(clip);
 
   for (PetscInt j = first; j < end && *some; j++) {
-    const PetscInt   k      = plane ? plane[j] : j;
-    const PetscReal *m      = &body->plane[4 * k];
+    const PetscInt   k = plane ? plane[j] : j;
+    const PetscReal *m = &body->plane[4 * k];
     const PetscReal  offset = (m[3] - (m[0] * x[0] + m[1] * x[1] + m[2] * x[2])) / h;
 
     if (offset < reach && DemClipCut(clip, m, offset, PLANE_ID(k), some)) return NO_MEMORY;
@@ -140,15 +143,16 @@ static Trouble CutByPlanes(const DemBody *body, PetscInt first, PetscInt end, co
 /* Sum the facets of one part into p's cell: volume, centroid, sphere, patches; join it with parts it opens to.
    origin: particle the clip's coordinates are relative to - p itself, or the first owner of a part that p inherits
    (part < 0). Patches towards orphans are left out: those parts are not their owner's any more. */
-static Trouble ReadPart(const CellScene *scene, PetscInt p, PetscInt origin, PetscReal h, PetscInt part, PetscInt in_piece, DemClip *clip, Worker *w, Cell *cell)
+static Trouble ReadPart(const CellScene *scene, PetscInt p, PetscInt origin, PetscReal h, PetscInt part, PetscInt in_piece, DemClip *clip, Worker *w,
+                        Cell *cell)
 {
-  const DemBody    *body    = scene->search->body;
+  const DemBody    *body = scene->search->body;
   const DemPacking *packing = scene->packing;
-  const PetscInt    dim     = body->dim;
+  const PetscInt    dim = body->dim;
   const PetscReal  *x = &packing->x[3 * p], scale_area = dim == 2 ? h * body->thickness : h * h;
   const int        *id, *start;
   const double     *corner;
-  const PetscInt    n      = DemClipFacets(clip, &id, &start, &corner);
+  const PetscInt    n = DemClipFacets(clip, &id, &start, &corner);
   PetscReal         volume = 0, moment[3] = {0, 0, 0}, solid = 0, surface = 0;
   const PetscInt    kept = w->n_patches;
   PetscBool         cube = PETSC_FALSE;
@@ -166,7 +170,7 @@ static Trouble ReadPart(const CellScene *scene, PetscInt p, PetscInt origin, Pet
 
     if (q >= 0) {
       const PetscInt from = id[f] >= HEIR_ID(0) ? p : origin;
-      PetscReal      d    = 0;
+      PetscReal      d = 0;
 
       for (PetscInt c = 0; c < 3; c++) {
         normal[c] = packing->x[3 * q + c] - packing->x[3 * from + c];
@@ -208,14 +212,14 @@ static Trouble ReadPart(const CellScene *scene, PetscInt p, PetscInt origin, Pet
       if (q >= 0 && id[f] < HEIR_ID(0) && (part < 0 || (scene->estate && DemEstateHas(scene->estate, q, in_piece)))) continue;
       if (DemCellGrow(w->n_patches + 1, sizeof(Patch), &w->room_patches, &w->patch)) return NO_MEMORY;
       if (DemCellGrow(3 * (w->n_corners + m), sizeof(PetscReal), &w->room_corners, &w->corner)) return NO_MEMORY;
-      patch       = &w->patch[w->n_patches++];
-      patch->q    = q >= 0 ? q : -1 - body->face[-10 - q];
+      patch = &w->patch[w->n_patches++];
+      patch->q = q >= 0 ? q : -1 - body->face[-10 - q];
       patch->area = area * scale_area;
-      patch->at   = w->n_corners;
-      patch->n    = m;
+      patch->at = w->n_corners;
+      patch->n = m;
       for (PetscInt c = 0; c < 3; c++) {
         patch->normal[c] = normal[c];
-        patch->x[c]      = x[c] + h * mid[c];
+        patch->x[c] = x[c] + h * mid[c];
       }
       for (int k = 0; k < m; k++, w->n_corners++)
         for (PetscInt c = 0; c < 3; c++) w->corner[3 * w->n_corners + c] = x[c] + h * v[3 * k + c];
@@ -247,29 +251,27 @@ static Trouble ReadPart(const CellScene *scene, PetscInt p, PetscInt origin, Pet
 static Trouble KeepOrphans(const CellScene *scene, PetscInt p, PetscReal h, Worker *w)
 {
   const DemBody   *body = scene->search->body;
-  const PetscReal *x    = &scene->packing->x[3 * p];
+  const PetscReal *x = &scene->packing->x[3 * p];
   PetscInt         mine = -1;
 
   for (PetscInt k = 0; k < w->n_parts; k++)
-    if (w->parts[k].volume > 0 && (mine < 0 || w->parts[k].outside < w->parts[mine].outside)) mine = k;
-  while (mine >= 0 && w->parts[mine].root != mine) mine = w->parts[mine].root;
+    if (w->parts[w->parts[k].root].joined > CRUMB && w->parts[k].volume > 0 && (mine < 0 || w->parts[k].outside < w->parts[mine].outside)) mine = k;
   for (PetscInt k = 0; k < w->n_parts; k++) {
-    const PetscInt piece = w->parts[k].piece;
-    PetscInt       root  = k;
-    PetscBool      some  = PETSC_TRUE;
+    const PetscInt piece = w->parts[k].piece, root = w->parts[k].root;
+    PetscBool      some = PETSC_TRUE;
     Orphan        *orphan;
 
-    while (w->parts[root].root != root) root = w->parts[root].root;
-    if (root == mine || !(w->parts[k].volume > 0)) continue;
+    if (root == w->parts[mine].root || !(w->parts[k].volume > 0) || w->parts[root].joined <= CRUMB) continue;
     if (DemCellGrow(w->out.n_orphans + 1, sizeof(Orphan), &w->out.room_orphans, &w->out.orphan)) return NO_MEMORY;
     orphan = &w->out.orphan[w->out.n_orphans];
     if (DemClipCreate(body->dim, &orphan->clip)) return NO_MEMORY;
-    orphan->p       = p;
-    orphan->piece   = piece;
-    orphan->h       = h;
+    orphan->p = p;
+    orphan->piece = piece;
+    orphan->h = h;
     orphan->cluster = -1;
     w->out.n_orphans++;
-    if (DemClipCopy(&orphan->clip, &w->whole) || CutByPlanes(body, body->start[piece], body->start[piece + 1], NULL, x, h, &orphan->clip, &some)) return NO_MEMORY;
+    if (DemClipCopy(&orphan->clip, &w->whole) || CutByPlanes(body, body->start[piece], body->start[piece + 1], NULL, x, h, &orphan->clip, &some))
+      return NO_MEMORY;
   }
   return FINE;
 }
@@ -278,11 +280,11 @@ static Trouble KeepOrphans(const CellScene *scene, PetscInt p, PetscReal h, Work
 static Trouble CutByBody(const CellScene *scene, PetscInt p, PetscReal h, Worker *w, Cell *cell)
 {
   const DemBodySearch *search = scene->search;
-  const DemBody       *body   = search->body;
+  const DemBody       *body = search->body;
   const PetscReal     *x = &scene->packing->x[3 * p], reach = DemClipReach(&w->whole);
   const double        *corner;
   const PetscInt       n_corners = DemClipCorners(&w->whole, &corner);
-  PetscInt             lo[3], hi[3], n_cut, cut[4]; /* a piece among several has at most 4 planes */
+  PetscInt             lo[3], hi[3], groups = 0, n_cut, cut[4]; /* a piece among several has at most 4 planes */
 
   for (PetscInt c = 0; c < 3; c++) {
     lo[c] = (PetscInt)PetscMax(0, PetscMin(search->m[c] - 1, PetscFloorReal((x[c] - h * reach - search->low[c]) / search->width)));
@@ -295,9 +297,9 @@ static Trouble CutByBody(const CellScene *scene, PetscInt p, PetscReal h, Worker
 
         for (PetscInt k = search->piece_start[bin]; k < search->piece_start[bin + 1]; k++) {
           const PetscInt   piece = search->piece[k], part = w->n_parts;
-          const PetscReal *box   = &body->box[6 * piece];
-          PetscBool        some  = PETSC_TRUE;
-          PetscReal        gap   = 0;
+          const PetscReal *box = &body->box[6 * piece];
+          PetscBool        some = PETSC_TRUE;
+          PetscReal        gap = 0;
 
           if (w->stamp[piece] == p) continue;
           for (PetscInt c = 0; c < 3; c++) gap = PetscMax(gap, PetscMax(box[c] - x[c], x[c] - box[3 + c]));
@@ -307,9 +309,9 @@ static Trouble CutByBody(const CellScene *scene, PetscInt p, PetscReal h, Worker
           if (!some) continue;
           if (DemCellGrow(part + 1, sizeof(Part), &w->room_parts, &w->parts)) return NO_MEMORY;
           w->n_parts++;
-          w->stamp[piece]   = p;
+          w->stamp[piece] = p;
           w->part_of[piece] = part;
-          w->parts[part]    = (Part){.piece = piece, .root = part};
+          w->parts[part] = (Part){.piece = piece, .root = part};
           for (PetscInt f = body->start[piece]; f < body->start[piece + 1]; f++) {
             const PetscReal *n = &body->plane[4 * f];
 
@@ -319,13 +321,11 @@ static Trouble CutByBody(const CellScene *scene, PetscInt p, PetscReal h, Worker
         }
       }
   for (PetscInt k = 0; k < w->n_parts; k++) {
-    PetscInt a = k, b = 0;
-
-    while (w->parts[a].root != a) a = w->parts[a].root;
-    while (b < k && !(w->parts[b].volume > 0)) b++;
-    while (w->parts[b].root != b) b = w->parts[b].root;
-    if (w->parts[k].volume > 0 && a != b) cell->apart = PETSC_TRUE;
+    while (w->parts[w->parts[k].root].root != w->parts[k].root) w->parts[k].root = w->parts[w->parts[k].root].root;
+    w->parts[w->parts[k].root].joined += w->parts[k].volume;
   }
+  for (PetscInt k = 0; k < w->n_parts; k++) groups += w->parts[k].joined > CRUMB;
+  cell->apart = groups > 1 ? PETSC_TRUE : PETSC_FALSE;
   for (PetscInt k = 0; k < w->n_parts; k++) w->stamp[w->parts[k].piece] = -1;
   return FINE;
 }
@@ -348,7 +348,7 @@ static PetscBool MeetsOrphans(const CellScene *scene, DemClip *clip)
 Trouble DemCellMake(const CellScene *scene, PetscInt p, Worker *w, Cell *cell)
 {
   const DemBody   *body = scene->search->body;
-  const PetscReal *x    = &scene->packing->x[3 * p];
+  const PetscReal *x = &scene->packing->x[3 * p];
   Trouble          trouble;
 
   for (PetscReal h = scene->h;; h *= 2) {
@@ -364,7 +364,7 @@ Trouble DemCellMake(const CellScene *scene, PetscInt p, Worker *w, Cell *cell)
     if (inside) {
       if (DemCellGrow(1, sizeof(Part), &w->room_parts, &w->parts)) return NO_MEMORY;
       w->parts[0] = (Part){0};
-      trouble     = ReadPart(scene, p, p, h, 0, 0, &w->whole, w, cell);
+      trouble = ReadPart(scene, p, p, h, 0, 0, &w->whole, w, cell);
     } else {
       trouble = CutByBody(scene, p, h, w, cell);
     }

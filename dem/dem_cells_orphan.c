@@ -33,16 +33,15 @@ static PetscInt FindOrphan(const Estate *estate, PetscInt p, PetscInt piece)
     const PetscInt m = (lo + hi) / 2;
     const Orphan  *o = &estate->orphan[m];
 
-    if (o->p < p || (o->p == p && o->piece < piece)) lo = m + 1;
-    else hi = m;
+    if (o->p < p || (o->p == p && o->piece < piece))
+      lo = m + 1;
+    else
+      hi = m;
   }
   return lo < estate->n_orphans && estate->orphan[lo].p == p && estate->orphan[lo].piece == piece ? lo : -1;
 }
 
-PetscBool DemEstateHas(const Estate *estate, PetscInt p, PetscInt piece)
-{
-  return FindOrphan(estate, p, piece) >= 0 ? PETSC_TRUE : PETSC_FALSE;
-}
+PetscBool DemEstateHas(const Estate *estate, PetscInt p, PetscInt piece) { return FindOrphan(estate, p, piece) >= 0 ? PETSC_TRUE : PETSC_FALSE; }
 
 void DemEstateFind(const Estate *estate, PetscInt heir, PetscInt *first, PetscInt *end)
 {
@@ -51,10 +50,13 @@ void DemEstateFind(const Estate *estate, PetscInt heir, PetscInt *first, PetscIn
   while (lo < hi) {
     const PetscInt m = (lo + hi) / 2;
 
-    if (estate->bequest[m].heir < heir) lo = m + 1;
-    else hi = m;
+    if (estate->bequest[m].heir < heir)
+      lo = m + 1;
+    else
+      hi = m;
   }
-  for (*first = *end = lo; *end < estate->n_bequests && estate->bequest[*end].heir == heir; (*end)++) { }
+  for (*first = *end = lo; *end < estate->n_bequests && estate->bequest[*end].heir == heir; (*end)++) {
+  }
 }
 
 static PetscInt Root(Estate *estate, PetscInt k)
@@ -144,8 +146,8 @@ static PetscReal Power(const DemPacking *packing, const PetscReal c[3], PetscInt
 static PetscErrorCode ShareOrphan(const CellScene *scene, PetscInt k, PetscInt n, const Touch *touch, Estate *estate)
 {
   const DemPacking *packing = scene->packing;
-  const PetscInt    dim     = scene->search->body->dim;
-  Orphan           *o       = &estate->orphan[k];
+  const PetscInt    dim = scene->search->body->dim;
+  Orphan           *o = &estate->orphan[k];
   const double     *corner;
   const PetscInt    n_corners = DemClipCorners(&o->clip, &corner);
   PetscReal         mid[3], radius = 0, least = PETSC_MAX_REAL;
@@ -165,18 +167,18 @@ static PetscErrorCode ShareOrphan(const CellScene *scene, PetscInt k, PetscInt n
   for (PetscInt j = 0; j < n; j++)
     if (Power(packing, mid, touch[j].heir) < least) {
       least = Power(packing, mid, touch[j].heir);
-      best  = touch[j].heir;
+      best = touch[j].heir;
     }
   PetscCall(PetscMalloc1(n, &heir));
   for (PetscInt j = 0; j < n; j++) { /* within the radius, power differs by at most 2 radius |distance| more */
-    const PetscInt q  = touch[j].heir;
+    const PetscInt q = touch[j].heir;
     PetscReal      d2 = 0;
 
     for (PetscInt c = 0; c < 3; c++) d2 += PetscSqr(packing->x[3 * q + c] - packing->x[3 * best + c]);
     if (Power(packing, mid, q) - least <= 2.001 * radius * PetscSqrtReal(d2)) heir[m++] = q;
   }
   for (PetscInt j = 0; j < m; j++) {
-    const PetscReal *a    = &packing->x[3 * heir[j]];
+    const PetscReal *a = &packing->x[3 * heir[j]];
     PetscBool        some = PETSC_TRUE;
     DemClip          clip;
 
@@ -224,7 +226,7 @@ PetscErrorCode DemEstateCreate(const CellScene *scene, PetscInt n_workers, Worke
   PetscCall(PetscCalloc1(scene->packing->n, &estate->has));
   for (PetscInt t = 0, k = 0; t < n_workers; t++) {
     for (PetscInt j = 0; j < worker[t].out.n_orphans; j++, k++) {
-      estate->orphan[k]                   = worker[t].out.orphan[j];
+      estate->orphan[k] = worker[t].out.orphan[j];
       estate->has[estate->orphan[k].p] = PETSC_TRUE;
     }
     worker[t].out.n_orphans = 0;
@@ -238,18 +240,21 @@ PetscErrorCode DemEstateCreate(const CellScene *scene, PetscInt n_workers, Worke
     while (first < hi) {
       const PetscInt m = (first + hi) / 2;
 
-      if (touch[m].cluster < cluster) first = m + 1;
-      else hi = m;
+      if (touch[m].cluster < cluster)
+        first = m + 1;
+      else
+        hi = m;
     }
-    for (end = first; end < n_touches && touch[end].cluster == cluster; end++) { }
+    for (end = first; end < n_touches && touch[end].cluster == cluster; end++) {
+    }
     if (end == first) {
       const PetscReal *x = &scene->packing->x[3 * estate->orphan[k].p];
 
-      PetscCall(DemEstateDestroy(estate));
       PetscCall(PetscFree(touch));
       SETERRQ(PETSC_COMM_SELF, PETSC_ERR_USER_INPUT,
-              "The notch is narrower than the particles beside it allow: a part of the body that only particles across it could fill, by the one at (%g, %g, %g) m, has none of its "
-              "own; use smaller particles",
+              "The notch is narrower than the particles beside it allow: a part of the body that the cell of the particle at (%g, %g, %g) m reaches across the "
+              "notch has no particle of "
+              "its own; use smaller particles",
               (double)x[0], (double)x[1], (double)x[2]);
     }
     PetscCall(ShareOrphan(scene, k, end - first, &touch[first], estate));

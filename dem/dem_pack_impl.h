@@ -13,7 +13,8 @@ PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal r
 /* Minimise the gap functional over x [n][3] and r [n]; the mean radius stays `radius`, each r within 0.7 .. 1.3 of its
    start; the outermost spheres end exactly against the walls.  Eqs (3.4)-(3.6)
    Errors: PETSC_ERR_USER_INPUT when the body is somewhere narrower than a sphere that must lie there */
-PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt iterations, const PetscBool *seated, PetscReal *x, PetscReal *r);
+PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt iterations, const PetscBool *seated, PetscReal *x,
+                            PetscReal *r);
 
 /* Pairs with gap < reach (r_i + r_j), both ways: neighbours of i are nbr[start[i] .. start[i + 1]). Caller frees. */
 PetscErrorCode DemPackNeighbours(PetscInt dim, PetscInt n, const PetscReal *x, const PetscReal *r, PetscReal reach, PetscInt **start, PetscInt **nbr);

@@ -9,7 +9,7 @@
 /* Numbers of a line into v[5]; returns how many (5 = too many), -1 when something is not a number. */
 static PetscInt ReadNumbers(char *text, PetscReal v[5])
 {
-  PetscInt n     = 0;
+  PetscInt n = 0;
   int      comma = 0; /* a comma waits for its number */
 
   for (;;) {
@@ -24,8 +24,10 @@ static PetscInt ReadNumbers(char *text, PetscReal v[5])
     text = end;
     while (isspace((unsigned char)*text)) text++;
     comma = *text == ',';
-    if (comma) text++;
-    else if (*text && *text != '#' && !isspace((unsigned char)text[-1])) return -1;
+    if (comma)
+      text++;
+    else if (*text && *text != '#' && !isspace((unsigned char)text[-1]))
+      return -1;
   }
 }
 

@@ -7,6 +7,10 @@
 */
 #include "dem_pack_impl.h"
 
+#define SWEEPS 120      /* by default */
+#define REFRESH 6       /* sweeps between neighbour searches */
+#define OVERLAP_CAP 0.2 /* (r_i + r_j): more sweeps, up to MORE_SWEEPS, while a pair overlaps by more */
+#define MORE_SWEEPS 240
 #define SEAT_TOUCH 0.9 /* a sphere in a corner reaches this far for its walls */
 
 typedef struct {
@@ -24,13 +28,13 @@ PetscErrorCode DemPackNeighbours(PetscInt dim, PetscInt n, const PetscReal *x, c
 
   PetscFunctionBegin;
   for (PetscInt c = 0; c < 3; c++) {
-    low[c]  = PETSC_MAX_REAL;
+    low[c] = PETSC_MAX_REAL;
     high[c] = -PETSC_MAX_REAL;
   }
   for (PetscInt p = 0; p < n; p++) {
     r_max = PetscMax(r_max, r[p]);
     for (PetscInt c = 0; c < 3; c++) {
-      low[c]  = PetscMin(low[c], x[3 * p + c]);
+      low[c] = PetscMin(low[c], x[3 * p + c]);
       high[c] = PetscMax(high[c], x[3 * p + c]);
     }
   }
@@ -125,7 +129,7 @@ static PetscReal SetAgainstWalls(const DemBodySearch *search, PetscReal touch, P
         for (PetscInt c = 0; c < 3; c++) rest[c] -= along * basis[b][c];
       }
       for (PetscInt c = 0; c < 3; c++) left += rest[c] * rest[c];
-      if (left < 0.1) { /* nearly parallel: only a limit, and the pass that finds it nearest obeys it */
+      if (left < 0.1 || (rank > 0 && !wall[k].flat)) { /* nearly parallel, or a re-entrant edge: only a limit; the pass that finds it nearest obeys it */
         miss = PetscMax(miss, want / r);
         continue;
       }
@@ -157,30 +161,46 @@ static PetscErrorCode CheckWalls(const DemBodySearch *search, PetscInt n, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscReal LargestOverlap(PetscInt n, const PetscInt *start, const PetscInt *nbr, const PetscReal *x, const PetscReal *r)
+{
+  PetscReal least = 0;
+
+#pragma omp parallel for schedule(static) reduction(min : least)
+  for (PetscInt p = 0; p < n; p++)
+    for (PetscInt k = start[p]; k < start[p + 1]; k++) {
+      const PetscInt  q = nbr[k];
+      const PetscReal d = PetscSqrtReal(PetscSqr(x[3 * q] - x[3 * p]) + PetscSqr(x[3 * q + 1] - x[3 * p + 1]) + PetscSqr(x[3 * q + 2] - x[3 * p + 2]));
+
+      least = PetscMin(least, d / (r[p] + r[q]) - 1);
+    }
+  return -least;
+}
+
 PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt iterations, const PetscBool *seated, PetscReal *x, PetscReal *r)
 {
   const PetscInt dim = search->body->dim;
-  const Tune     t   = {.near = 0.15, .far = 0.35, .step = 0.5, .momentum = 0.8, .grow = 0.1, .hold = 0.15, .wall_far = 1.0, .touch = 0.35, .stiff = 15};
+  const Tune     t = {.near = 0.15, .far = 0.35, .step = 0.5, .momentum = 0.8, .grow = 0.1, .hold = 0.15, .wall_far = 1.0, .touch = 0.35, .stiff = 15};
   PetscReal     *y, *s, *v, *target;
   PetscInt      *start = NULL, *nbr = NULL;
   PetscBool     *outer;
 
   PetscFunctionBegin;
-  if (iterations <= 0) iterations = 120;
+  iterations = REFRESH * ((iterations > 0 ? iterations : SWEEPS) / REFRESH + 1);
   PetscCall(PetscMalloc1(3 * n, &y));
   PetscCall(PetscMalloc1(n, &s));
   PetscCall(PetscCalloc1(3 * n, &v));
   PetscCall(PetscMalloc1(n, &target));
   PetscCall(PetscMalloc1(n, &outer));
   PetscCall(PetscArraycpy(target, r, n));
-  for (PetscInt sweep = 0; sweep < iterations; sweep++) {
+  for (PetscInt sweep = 0; sweep < iterations + MORE_SWEEPS; sweep++) {
     const PetscBool rigid = sweep >= iterations / 2 ? PETSC_TRUE : PETSC_FALSE;
-    PetscReal       sum   = 0;
+    PetscReal       sum = 0;
 
-    if (sweep % 6 == 0) {
+    if (sweep % REFRESH == 0) {
       PetscCall(PetscFree(start));
       PetscCall(PetscFree(nbr));
       PetscCall(DemPackNeighbours(dim, n, x, r, t.far + 0.1, &start, &nbr));
+      if (sweep >= iterations && LargestOverlap(n, start, nbr, x, r) < OVERLAP_CAP) break;
 #pragma omp parallel for schedule(static)
       for (PetscInt p = 0; p < n; p++) {
         DemWall wall[DEM_MAX_WALLS];
@@ -193,9 +213,10 @@ PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal r
       PetscReal F[3] = {0, 0, 0}, W = 0, G = 0, longest = 0;
 
       for (PetscInt k = start[p]; k < start[p + 1]; k++) {
-        const PetscInt  q    = nbr[k];
+        const PetscInt  q = nbr[k];
         const PetscReal d[3] = {x[3 * q] - x[3 * p], x[3 * q + 1] - x[3 * p + 1], x[3 * q + 2] - x[3 * p + 2]};
-        const PetscReal len = PetscSqrtReal(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), reach = r[p] + r[q], gap = (len - reach) / reach, w = Weight(&t, gap, t.far);
+        const PetscReal len = PetscSqrtReal(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), reach = r[p] + r[q], gap = (len - reach) / reach,
+                        w = Weight(&t, gap, t.far);
 
         for (PetscInt c = 0; c < 3; c++) F[c] += w * gap * d[c] / PetscMax(len, 1e-3 * reach);
         W += w;
@@ -208,6 +229,7 @@ PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal r
         for (PetscInt k = 0; k < m; k++) {
           const PetscReal gap = (wall[k].distance - r[p]) / r[p], w = 2 * Weight(&t, gap, t.wall_far);
 
+          if (k > 0 && gap > 0 && !wall[k].flat) continue; /* no need to touch two re-entrant edges */
           for (PetscInt c = 0; c < 3; c++) F[c] -= w * gap * wall[k].inward[c];
           W += w;
           G += w * gap;
@@ -215,7 +237,7 @@ PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal r
       }
       for (PetscInt c = 0; c < 3; c++) {
         v[3 * p + c] = t.momentum * v[3 * p + c] + t.step * dim * r[p] * F[c] / PetscMax(W, 1);
-        longest      = PetscMax(longest, PetscAbsReal(v[3 * p + c]));
+        longest = PetscMax(longest, PetscAbsReal(v[3 * p + c]));
       }
       for (PetscInt c = 0; c < 3; c++) y[3 * p + c] = x[3 * p + c] + v[3 * p + c] * PetscMin(1, 0.3 * r[p] / PetscMax(longest, 1e-300));
       s[p] = r[p] * (1 + t.grow * G / PetscMax(W, 1)) + t.hold * t.grow * (target[p] - r[p]);

@@ -17,10 +17,10 @@ PetscErrorCode DemPackingGetReport(const DemPacking *packing, const DemBody *bod
   for (PetscInt p = 0; p < n; p++) {
     sum += solid[p];
     smallest = PetscMin(smallest, cells.volume[p]);
-    r_max    = PetscMax(r_max, packing->r[p]);
+    r_max = PetscMax(r_max, packing->r[p]);
     report->mean_radius += packing->r[p] / n;
   }
-  report->porosity      = 1 - sum / DemBodyVolume(body);
+  report->porosity = 1 - sum / DemBodyVolume(body);
   report->smallest_cell = smallest * n / DemBodyVolume(body);
   for (PetscInt p = 0; p < n; p++) square += PetscSqr(packing->r[p] / report->mean_radius - 1) / n;
   report->relative_deviation = PetscSqrtReal(square);

@@ -10,13 +10,14 @@
 #include <stdlib.h>
 
 #define SET_BACK 0.2 /* radii */
-#define SHAKE    0.4 /* spacings, each way along each axis */
-#define TRIES    40
+#define SHAKE 0.4    /* spacings, each way along each axis */
+#define TRIES 40
 #define MAX_CORNERS 500 /* a body with more sharp corners is left to the relaxation */
 
 PetscReal DemPackRandom(PetscInt seed, PetscInt stream, PetscInt64 k)
 {
-  unsigned long long z = (unsigned long long)seed * 0xD1342543DE82EF95ULL + (unsigned long long)stream * 0x2545F4914F6CDD1DULL + (unsigned long long)k * 0x9E3779B97F4A7C15ULL + 0x9E3779B97F4A7C15ULL;
+  unsigned long long z = (unsigned long long)seed * 0xD1342543DE82EF95ULL + (unsigned long long)stream * 0x2545F4914F6CDD1DULL +
+                         (unsigned long long)k * 0x9E3779B97F4A7C15ULL + 0x9E3779B97F4A7C15ULL;
 
   for (int pass = 0; pass < 2; pass++) {
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
@@ -47,7 +48,7 @@ static void LatticeMake(const DemBody *body, PetscReal spacing, PetscInt seed, P
       l->b[k][2] = 0;
     }
     l->b[2][0] = l->b[2][1] = 0;
-    l->b[2][2]              = 1;
+    l->b[2][2] = 1;
   } else { /* a uniform random rotation from a random unit quaternion */
     q[0] = PetscSqrtReal(1 - u[0]) * PetscSinReal(2 * PETSC_PI * u[1]);
     q[1] = PetscSqrtReal(1 - u[0]) * PetscCosReal(2 * PETSC_PI * u[1]);
@@ -117,7 +118,7 @@ static PetscInt LatticeFill(const DemBodySearch *search, const Lattice *l, Petsc
           const PetscReal a = (body->low[c] - row[c]) / step, b = (body->high[c] - row[c]) / step;
 
           from = PetscMax(from, PetscMin(a, b));
-          to   = PetscMin(to, PetscMax(a, b));
+          to = PetscMin(to, PetscMax(a, b));
         }
       }
       if (to < from) continue;
@@ -158,7 +159,7 @@ static PetscErrorCode SortMorton(const DemBody *body, PetscReal width, PetscInt 
   PetscCall(PetscArraycpy(copy, x, 3 * n));
   for (PetscInt p = 0; p < n; p++) {
     place[p].key = 0;
-    place[p].at  = p;
+    place[p].at = p;
     for (PetscInt c = 0; c < body->dim; c++) {
       const unsigned long long cell = (unsigned long long)PetscMax(0, (x[3 * p + c] - body->low[c]) / width);
 
@@ -189,8 +190,8 @@ static int CompareIncidences(const void *a, const void *b)
 static PetscBool CornerSeat(const DemBodySearch *search, PetscInt n, const Incidence *around, PetscReal r, PetscReal seat[3])
 {
   const DemBody   *body = search->body;
-  const PetscInt   dim  = body->dim;
-  const PetscReal *at   = &body->simplex[3 * (dim * around[0].simplex + around[0].local)];
+  const PetscInt   dim = body->dim;
+  const PetscReal *at = &body->simplex[3 * (dim * around[0].simplex + around[0].local)];
   PetscReal        basis[3][3];
   PetscInt         rank = 0;
 
@@ -228,7 +229,7 @@ static PetscBool CornerSeat(const DemBodySearch *search, PetscInt n, const Incid
 static PetscErrorCode SeatCorners(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscReal *x, PetscBool *taken)
 {
   const DemBody *body = search->body;
-  const PetscInt m    = body->dim * body->n_simplices;
+  const PetscInt m = body->dim * body->n_simplices;
   Incidence     *all;
   PetscInt       seated = 0;
 
@@ -241,14 +242,15 @@ static PetscErrorCode SeatCorners(const DemBodySearch *search, PetscInt n, Petsc
     PetscReal seat[3], best = PetscSqr(2.5 * radius);
     PetscInt  nearest = -1;
 
-    for (w = 1; k + w < m && all[k + w].node == all[k].node; w++) { }
+    for (w = 1; k + w < m && all[k + w].node == all[k].node; w++) {
+    }
     if (!CornerSeat(search, w, &all[k], radius, seat)) continue;
     seated++;
     for (PetscInt p = 0; p < n; p++) {
       const PetscReal d2 = PetscSqr(x[3 * p] - seat[0]) + PetscSqr(x[3 * p + 1] - seat[1]) + PetscSqr(x[3 * p + 2] - seat[2]);
 
       if (d2 < best && !taken[p]) {
-        best    = d2;
+        best = d2;
         nearest = p;
       }
     }
@@ -280,7 +282,7 @@ static PetscErrorCode SeatCorners(const DemBodySearch *search, PetscInt n, Petsc
 PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt seed, PetscReal *x, PetscBool *seated)
 {
   const DemBody *body = search->body;
-  const PetscInt dim  = body->dim;
+  const PetscInt dim = body->dim;
   PetscReal      spacing, back = SET_BACK * radius, best_spacing = 0, best_back = 0, *all;
   PetscInt       best = PETSC_MAX_INT, best_try = -1;
   Lattice        lattice;
@@ -297,10 +299,10 @@ PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal r
     LatticeMake(body, spacing, seed, try, &lattice);
     m = LatticeFill(search, &lattice, back, 0, NULL);
     if (m >= n && m < best) {
-      best         = m;
-      best_try     = try;
+      best = m;
+      best_try = try;
       best_spacing = spacing;
-      best_back    = back;
+      best_back = back;
     }
     if (m == 0) {
       spacing *= 0.8;
@@ -309,7 +311,8 @@ PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal r
       spacing *= PetscMin(1.25, PetscMax(0.8, PetscPowReal(m / (n * 1.001 + 0.3), 1. / dim)));
     }
   }
-  BaseCheckInput(best_try >= 0, PETSC_COMM_SELF, "No room for %" PetscInt_FMT " particles of radius %g m in this body; ask for smaller ones", n, (double)radius);
+  BaseCheckInput(best_try >= 0, PETSC_COMM_SELF, "No room for %" PetscInt_FMT " particles of radius %g m in this body; ask for smaller ones", n,
+                 (double)radius);
   PetscCall(PetscMalloc1(3 * best, &all));
   LatticeMake(body, best_spacing, seed, best_try, &lattice);
   LatticeFill(search, &lattice, best_back, best, all);

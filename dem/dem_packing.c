@@ -8,7 +8,7 @@
 
 #define FILLING_3D 0.80
 #define FILLING_2D 0.93
-#define WALL_LOSS  0.3
+#define WALL_LOSS 0.3
 
 PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *options, DemPacking *packing)
 {
@@ -21,12 +21,14 @@ PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *op
   DemBodySearch   search;
   PetscInt        n;
   PetscBool      *seated;
+  PetscErrorCode  code;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(packing, sizeof(*packing)));
   BaseCheckInput(spread >= 0 && spread <= 0.6, PETSC_COMM_SELF, "The spread of radii is %g; between 0 and 0.6 (spread)", (double)spread);
   BaseCheckInput((radius > 0) != (options->count > 0) && !PetscIsInfOrNanReal(radius), PETSC_COMM_SELF,
-                 "A packing is given by its mean radius or by its count, one of them above 0 (radius %g m, count %" PetscInt_FMT ")", (double)radius, options->count);
+                 "A packing is given by its mean radius or by its count, one of them above 0 (radius %g m, count %" PetscInt_FMT ")", (double)radius,
+                 options->count);
   for (PetscInt k = 0; k < body->n_simplices; k++) {
     const PetscReal *s = &body->simplex[3 * dim * k];
 
@@ -39,14 +41,15 @@ PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *op
     }
   }
   if (options->count > 0) {
-    n      = options->count;
+    n = options->count;
     radius = 0;
     for (PetscInt k = 0; k < 60; k++) /* contraction: the loss is a part of the volume */
       radius = 0.5 * radius + 0.5 * PetscPowReal(filling * PetscMax(0.3 * volume, volume - WALL_LOSS * radius * surface) / (n * one), 1. / dim);
   } else {
     const PetscReal want = filling * PetscMax(0.3 * volume, volume - WALL_LOSS * radius * surface) / (one * PetscPowReal(radius, dim));
 
-    BaseCheckInput(want >= 0.5, PETSC_COMM_SELF, "Particles of radius %g m do not fit into a body of %g m%c; ask for smaller ones", (double)radius, (double)volume, dim == 2 ? '2' : '3');
+    BaseCheckInput(want >= 0.5, PETSC_COMM_SELF, "Particles of radius %g m do not fit into a body of %g m%c; ask for smaller ones", (double)radius,
+                   (double)volume, dim == 2 ? '2' : '3');
     BaseCheckInput(want < 1e8, PETSC_COMM_SELF, "Particles of radius %g m would be %g in number; ask for larger ones", (double)radius, (double)want);
     n = (PetscInt)PetscMax(1, want + 0.5);
   }
@@ -58,10 +61,20 @@ PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *op
   for (PetscInt p = 0; p < n; p++) packing->r[p] *= radius * n / sum;
   /* finer than a sphere where the body's pieces are */
   PetscCall(DemBodySearchCreate(body, 3 * radius * (1 + spread), PetscMin(2 * radius, 2 * PetscPowReal(volume / body->n_pieces, 1. / dim)), &search));
-  PetscCall(DemPackStart(&search, n, radius, options->seed, packing->x, seated));
-  PetscCall(DemPackRelax(&search, n, radius, options->iterations, seated, packing->x, packing->r));
-  PetscCall(PetscFree(seated));
+  code = DemPackStart(&search, n, radius, options->seed, packing->x, seated);
+  if (!code) code = DemPackRelax(&search, n, radius, options->iterations, seated, packing->x, packing->r);
   PetscCall(DemBodySearchDestroy(&search));
+  PetscCall(PetscFree(seated));
+  if (code) PetscCall(DemPackingDestroy(packing));
+  PetscCall(code);
+  sum = 0;
+  for (PetscInt p = 0; p < n; p++) sum += packing->r[p];
+  if (PetscAbsReal(sum / n - radius) > 0.02 * radius) {
+    PetscCall(DemPackingDestroy(packing));
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_USER_INPUT,
+            "The body is narrower than particles of radius %g m: they shrink to %g m between its walls; ask for smaller ones", (double)radius,
+            (double)(sum / n));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

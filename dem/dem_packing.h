@@ -18,7 +18,7 @@ typedef struct {
 
 /* What the papers report and what a user checks. Design section 0 defines porosity and coordination. */
 typedef struct {
-  PetscReal porosity; /* exact: each sphere's volume within its own power cell, summed.  Eq. (3.7) */
+  PetscReal porosity;                         /* exact: each sphere's volume within its own power cell, summed.  Eq. (3.7) */
   PetscReal coordination_10, coordination_15; /* neighbours with gap <= 0.10, 0.15 (r_i + r_j) */
   PetscReal mean_radius, relative_deviation;
   PetscReal largest_overlap; /* / (r_i + r_j) */

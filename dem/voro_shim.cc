@@ -53,8 +53,8 @@ extern "C" int VoroCellFacets(VoroCell *c, const int **id, const int **start, co
     c->start.push_back(c->start.back() + n);
     at += n + 1;
   }
-  *id     = c->id.data();
-  *start  = c->start.data();
+  *id = c->id.data();
+  *start = c->start.data();
   *corner = c->corner.data();
   return (int)c->id.size();
 }

@@ -14,10 +14,10 @@ typedef struct VoroCell VoroCell;
 
 VoroCell *VoroCellCreate(void); /* NULL when out of memory */
 void      VoroCellDestroy(VoroCell *cell);
-void      VoroCellBox(VoroCell *cell, const double low[3], const double high[3]); /* faces -1 -x, -2 +x, -3 -y .. -6 +z */
+void      VoroCellBox(VoroCell *cell, const double low[3], const double high[3]);     /* faces -1 -x, -2 +x, -3 -y .. -6 +z */
 int       VoroCellCut(VoroCell *cell, const double normal[3], double offset, int id); /* keep normal.x <= offset; 0: nothing left */
 void      VoroCellCopy(VoroCell *to, VoroCell *from);
-double    VoroCellReach(VoroCell *cell); /* distance of the farthest corner from the origin */
+double    VoroCellReach(VoroCell *cell);                          /* distance of the farthest corner from the origin */
 int       VoroCellCorners(VoroCell *cell, const double **corner); /* [n][3], on loan until the next call on this cell */
 
 /* Facets: id [n], corners corner[start[f]..start[f+1]) [..][3] in order around. On loan until the next call on this cell. */
