@@ -5,6 +5,7 @@
   -> models (AppCaseBuild) -> RunLoop -> summary.json. `check` stops before the models.
 */
 #pragma once
+#include "coupling.h"
 #include "dem.h"
 #include "fem.h"
 #include "json.h"
@@ -67,9 +68,11 @@ typedef struct {
   const char *group, *material;
   PetscReal   density, young, poisson; /* SI */
   PetscReal   local_damping;
+  PetscBool   cohesive;
+  DemStrength strength; /* of a cohesive material */
 } AppPart;
 
-typedef enum { APP_FEM, APP_DEM } AppMethod;
+typedef enum { APP_FEM, APP_DEM, APP_COUPLED } AppMethod;
 enum { APP_PARTS = 64 };
 
 /* Everything built for a scene; only what its method needs is ever made. */
@@ -102,9 +105,11 @@ typedef struct {
   DemCells    cells;
   FemModel    fem;
   DemModel    dem;
+  CouplingSplit split; /* coupled */
+  CouplingModel coupling;
   Stepper     stepper;
 
-  PetscInt made_bodies, made_packings, made_cells, made_dem, made_fem; /* counts of what was constructed */
+  PetscInt made_bodies, made_packings, made_cells, made_dem, made_fem, made_couplings; /* counts of what was constructed */
 } AppCase;
 
 /* Geometry and rules: everything `check` wants, no model. Errors are PETSC_ERR_USER_INPUT at a place in the scene. */

@@ -130,6 +130,7 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   PetscCall(DemModelSetThreads(c->dem, threads));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.material", part->name));
   AppCallAt(c->scene, path, DemModelSetMaterial(c->dem, &material));
+  if (part->cohesive) AppCallAt(c->scene, path, DemModelSetStrength(c->dem, &part->strength));
   PetscCall(DemModelSetLocalDamping(c->dem, part->local_damping));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
   AppCallAt(c->scene, path, DemModelSetBody(c->dem, &c->body, &c->packing, &c->cells));
@@ -147,10 +148,71 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Both sides of one body and their overlap. */
+static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
+{
+  const AppPart    *part     = &c->part[0];
+  const FemMaterial elements = {part->density, part->young, part->poisson};
+  const DemMaterial grains   = {part->density, part->young, part->poisson};
+  const FemKind     kind     = c->dim == 3 ? FEM_SOLID : c->plane_stress ? FEM_PLANE_STRESS : FEM_PLANE_STRAIN;
+  CouplingOptions   options  = {.affine = PETSC_TRUE};
+  PetscReal         velocity[3];
+  const char       *word;
+  char              path[256];
+
+  PetscFunctionBegin;
+  PetscCall(MeshDestroy(&c->mesh));
+  PetscCall(AppCasePack(c));
+  PetscCall(AppClockBegin(&c->clock, "cells"));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
+  AppCallAt(c->scene, path, DemCellsCreate(&c->body, &c->packing, &c->cells));
+  c->made_cells++;
+  PetscCall(AppClockEnd(&c->clock));
+
+  PetscCall(AppClockBegin(&c->clock, "coupled set-up"));
+  PetscCall(InitialVelocity(c, velocity, path));
+  PetscCall(FemModelCreate(c->comm, &c->fem));
+  c->made_fem++;
+  PetscCall(FemModelSetKind(c->fem, kind, c->thickness));
+  PetscCall(FemModelSetMethod(c->fem, FEM_EXPLICIT));
+  PetscCall(FemModelSetThreads(c->fem, threads));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.geometry", part->name));
+  AppCallAt(c->scene, path, FemModelSetMesh(c->fem, &c->split.fem));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.material", part->name));
+  AppCallAt(c->scene, path, FemModelAddMaterial(c->fem, "", &elements));
+  PetscCall(FemModelSetInitialVelocity(c->fem, velocity));
+  PetscCall(FemModelSetLocalDamping(c->fem, part->local_damping));
+  PetscCall(DemModelCreate(c->comm, &c->dem));
+  c->made_dem++;
+  PetscCall(DemModelSetKind(c->dem, c->dim == 3 ? DEM_SOLID : c->plane_stress ? DEM_PLANE_STRESS : DEM_PLANE_STRAIN));
+  PetscCall(DemModelSetThreads(c->dem, threads));
+  AppCallAt(c->scene, path, DemModelSetMaterial(c->dem, &grains));
+  if (part->cohesive) AppCallAt(c->scene, path, DemModelSetStrength(c->dem, &part->strength));
+  PetscCall(DemModelSetLocalDamping(c->dem, part->local_damping));
+  PetscCall(DemModelSetInitialVelocity(c->dem, velocity));
+  AppCallAt(c->scene, path, DemModelSetBody(c->dem, &c->body, &c->packing, &c->cells));
+  PetscCall(AppConditionsApply(c));
+
+  PetscCall(CouplingModelCreate(c->comm, &c->coupling));
+  c->made_couplings++;
+  PetscCall(SceneGetReal(c->scene, "coupling.floor", &options.floor));
+  PetscCall(SceneGetString(c->scene, "coupling.weights", &word));
+  options.smooth = strcmp(word, "smoothstep") ? PETSC_FALSE : PETSC_TRUE;
+  AppCallAt(c->scene, "coupling", CouplingModelSetSplit(c->coupling, &c->split, &options));
+  AppCallAt(c->scene, "coupling", CouplingModelSetSides(c->coupling, c->fem, c->dem, &c->packing, &c->cells, &elements, kind, c->thickness));
+  AppCallAt(c->scene, "bodies", CouplingModelSetUp(c->coupling));
+  PetscCall(DemCellsDestroy(&c->cells));
+  PetscCall(DemPackingDestroy(&c->packing));
+  PetscCall(CouplingModelGetStepper(c->coupling, &c->stepper));
+  PetscCall(AppClockEnd(&c->clock));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AppCaseBuild(AppCase *c, PetscInt threads)
 {
   PetscFunctionBegin;
-  if (c->method == APP_FEM) PetscCall(BuildFem(c, threads));
+  if (c->method == APP_COUPLED) PetscCall(BuildCoupled(c, threads));
+  else if (c->method == APP_FEM) PetscCall(BuildFem(c, threads));
   else PetscCall(BuildDem(c, threads));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -158,11 +220,13 @@ PetscErrorCode AppCaseBuild(AppCase *c, PetscInt threads)
 PetscErrorCode AppCaseDestroy(AppCase *c)
 {
   PetscFunctionBegin;
+  if (c->coupling) PetscCall(CouplingModelDestroy(&c->coupling));
   if (c->fem) PetscCall(FemModelDestroy(&c->fem));
   if (c->dem) PetscCall(DemModelDestroy(&c->dem));
   PetscCall(DemCellsDestroy(&c->cells));
   PetscCall(DemPackingDestroy(&c->packing));
   PetscCall(DemBodyDestroy(&c->body));
+  if (c->split.dim) PetscCall(CouplingSplitDestroy(&c->split));
   PetscCall(MeshDestroy(&c->mesh));
   for (PetscInt k = 0; k < c->n_loads; k++) PetscCall(TableDestroy(&c->load[k].table));
   PetscCall(PetscFree(c->load));

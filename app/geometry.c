@@ -41,6 +41,41 @@ static PetscErrorCode GetReal(Scene scene, PetscReal *value, const char *format,
 
 /* ---- materials ------------------------------------------------------------------------------------------------- */
 
+/* Numbers of a breaking law; the scene's rules have seen to it that they go together. */
+static PetscErrorCode ReadStrength(AppCase *c, AppPart *part)
+{
+  DemStrength *s = &part->strength;
+  const char  *word;
+  char         path[256];
+  PetscBool    has;
+
+  PetscFunctionBegin;
+  PetscCall(GetString(c->scene, &word, "materials.%s.law", part->material));
+  part->cohesive = strcmp(word, "cohesive") ? PETSC_FALSE : PETSC_TRUE;
+  if (!part->cohesive) PetscFunctionReturn(PETSC_SUCCESS);
+  Path(path, "materials.%s.law", part->material);
+  if (c->method == APP_FEM) PetscCall(SceneFail(c->scene, path, "finite elements do not break; use method: dem or coupled for the body '%s'", part->name));
+  PetscCall(GetReal(c->scene, &s->tensile, "materials.%s.tensile_strength", part->material));
+  PetscCall(GetReal(c->scene, &s->fracture_energy, "materials.%s.fracture_energy", part->material));
+  PetscCall(Has(c->scene, &has, "materials.%s.shear_strength", part->material));
+  if (has) {
+    PetscCall(GetReal(c->scene, &s->shear, "materials.%s.shear_strength", part->material));
+    PetscCall(GetReal(c->scene, &s->shear_energy, "materials.%s.fracture_energy_shear", part->material));
+  }
+  PetscCall(GetReal(c->scene, &s->mu_static, "materials.%s.mu_static", part->material));
+  PetscCall(GetReal(c->scene, &s->mu_dynamic, "materials.%s.mu_dynamic", part->material));
+  PetscCall(Has(c->scene, &has, "materials.%s.softening.bilinear", part->material));
+  if (has) {
+    s->softening = DEM_SOFTENING_BILINEAR;
+    PetscCall(GetReal(c->scene, &s->knee_stress, "materials.%s.softening.bilinear.knee_stress", part->material));
+    PetscCall(GetReal(c->scene, &s->knee_opening, "materials.%s.softening.bilinear.knee_opening", part->material));
+  } else {
+    PetscCall(GetString(c->scene, &word, "materials.%s.softening", part->material));
+    s->softening = strcmp(word, "exponential") ? DEM_SOFTENING_LINEAR : DEM_SOFTENING_EXPONENTIAL;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The scene's own rules have seen to it that the material is there and whole. */
 static PetscErrorCode ReadMaterial(AppCase *c, AppPart *part)
 {
@@ -56,6 +91,7 @@ static PetscErrorCode ReadMaterial(AppCase *c, AppPart *part)
     Path(path, "materials.%s.local_damping", part->material);
     PetscCall(SceneFail(c->scene, path, "local damping belongs to particles; the body '%s' is made of finite elements", part->name));
   }
+  PetscCall(ReadStrength(c, part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -124,7 +160,7 @@ static PetscErrorCode ReadFileMesh(AppCase *c, const char *body, PetscInt order)
   PetscCall(GetReal(c->scene, &options.scale, "bodies.%s.length_unit", body));
   PetscCall(Has(c->scene, &has, "bodies.%s.mesh.size", body));
   if (has) PetscCall(GetReal(c->scene, &options.size, "bodies.%s.mesh.size", body));
-  if (c->method == APP_FEM) {
+  if (c->method != APP_DEM) {
     MeshCellType type;
 
     PetscCall(CellType(c, body, &type));
@@ -389,6 +425,36 @@ static PetscErrorCode ReadFemBody(AppCase *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The whole body's mesh, its elements and what its particles fill. */
+static PetscErrorCode ReadCoupledBody(AppCase *c)
+{
+  const char *body = c->part[0].name, *group;
+  char        path[256];
+  PetscReal   width;
+  PetscInt    order;
+
+  PetscFunctionBegin;
+  BaseCheckInput(c->size == 1, c->comm, "A coupled body runs on one rank for now, not %d; give it threads instead: cleave run SCENE --threads N", c->size);
+  Path(path, "bodies.%s.mesh.order", body);
+  PetscCall(SceneGetInt(c->scene, path, &order));
+  if (order != 1) PetscCall(SceneFail(c->scene, path, "a coupled body takes linear elements for now; use order: 1"));
+  PetscCall(ReadFileMesh(c, body, 1));
+  PetscCall(ShareMeshGroups(c));
+  PetscCall(CheckPartGroup(c, &c->part[0], c->n_groups, c->group));
+  PetscCall(RestrictMesh(c));
+  EstimateStep(c);
+  PetscCall(PetscFree(c->group));
+  PetscCall(ShareMeshGroups(c));
+  PetscCall(SceneGetReal(c->scene, "coupling.width", &width));
+  if (width != PetscFloorReal(width)) PetscCall(SceneFail(c->scene, "coupling.width", "the overlap is a whole number of elements wide, not %.4g", (double)width));
+  PetscCall(GetString(c->scene, &group, "bodies.%s.dem.group", body));
+  Path(path, "bodies.%s.dem.group", body);
+  AppCallAt(c->scene, path, CouplingSplitCreate(&c->mesh, group, (PetscInt)width, &c->split));
+  AppCallAt(c->scene, path, DemBodyCreateFromMesh(&c->split.dem, "", c->thickness, &c->body));
+  c->made_bodies++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* One body, or several of finite elements that are groups of one file. */
 static PetscErrorCode ReadParts(AppCase *c)
 {
@@ -409,7 +475,7 @@ static PetscErrorCode ReadParts(AppCase *c)
     part->group = "";
     PetscCall(Has(c->scene, &has, "bodies.%s.group", part->name));
     if (has) PetscCall(GetString(c->scene, &part->group, "bodies.%s.group", part->name));
-    c->method = strcmp(method, "dem") ? APP_FEM : APP_DEM;
+    c->method = !strcmp(method, "dem") ? APP_DEM : !strcmp(method, "coupled") ? APP_COUPLED : APP_FEM;
     if (n > 1) {
       const char *file = NULL;
 
@@ -418,7 +484,7 @@ static PetscErrorCode ReadParts(AppCase *c)
       if (!has) PetscCall(SceneGetString(c->scene, path, &file));
       if (!b) first = file;
       Path(path, "bodies.%s", part->name);
-      if (c->method == APP_DEM || !file || !first || strcmp(file, first) || !part->group[0])
+      if (c->method != APP_FEM || !file || !first || strcmp(file, first) || !part->group[0])
         PetscCall(SceneFail(c->scene, path, "several bodies that touch or collide are not covered yet, see docs/not-yet.md; what runs is one body, or fem bodies that are groups (group: NAME) of one geometry file"));
     }
     PetscCall(ReadMaterial(c, part));
@@ -432,6 +498,7 @@ PetscErrorCode AppGeometryRead(AppCase *c)
   PetscFunctionBegin;
   PetscCall(ReadParts(c));
   if (c->method == APP_DEM) PetscCall(ReadDemBody(c));
+  else if (c->method == APP_COUPLED) PetscCall(ReadCoupledBody(c));
   else PetscCall(ReadFemBody(c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

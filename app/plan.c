@@ -42,6 +42,7 @@ static void Seconds(const AppCase *c, AppPlan *plan)
 {
   if (c->is_static) plan->seconds = plan->dofs * SECONDS_UNKNOWN * (c->dim == 3 ? 1 : 0.2) * (1 + 0.02 * plan->steps) / c->size;
   else if (c->method == APP_FEM) plan->seconds = plan->steps * c->mesh_cost / plan->threads / c->size;
+  else if (c->method == APP_COUPLED) plan->seconds = plan->steps * (c->mesh_cost + plan->bonds * SECONDS_BOND_STEP) / plan->threads;
   else plan->seconds = plan->steps * plan->bonds * SECONDS_BOND_STEP / plan->threads;
 }
 
@@ -95,23 +96,24 @@ PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
   PetscCall(PetscMemzero(plan, sizeof(*plan)));
   plan->threads = threads;
   if (!c->is_static) PetscCall(SceneGetReal(c->scene, "time.safety", &safety));
-  if (c->method == APP_FEM) {
+  if (c->method != APP_DEM) {
     plan->nodes    = c->mesh_nodes;
     plan->elements = c->mesh_cells;
     plan->dofs     = (PetscReal)c->dim * c->mesh_nodes;
     plan->bytes    = BYTES_START + plan->nodes * (c->is_static ? BYTES_STATIC_NODE : BYTES_NODE);
     stable         = 0.6 * c->mesh_step;
     PetscCall(PetscStrncpy(plan->sets, "estimate: shortest edge / P-wave speed; the run bounds the eigenvalues of the elements", sizeof(plan->sets)));
-  } else {
+  }
+  if (c->method != APP_FEM) {
     const AppPart  *part = &c->part[0];
     const PetscReal cp   = PetscSqrtReal(part->young * (1 - part->poisson) / (part->density * (1 + part->poisson) * PetscMax(1 - 2 * part->poisson, 1e-6)));
     PetscReal       s;
 
     PetscCall(EstimateParticles(c, plan));
     plan->bonds = plan->particles * (c->dim == 3 ? 7.6 : 3);
-    plan->bytes = BYTES_START + plan->particles * BYTES_PARTICLE;
+    plan->bytes = PetscMax(plan->bytes, BYTES_START) + plan->particles * BYTES_PARTICLE;
     s           = PetscPowReal(DemBodyVolume(&c->body) / c->thickness / plan->particles, 1. / c->dim);
-    stable      = 0.75 * 0.53 * s / cp;
+    stable      = (c->method == APP_COUPLED ? 0.75 : 0.87) * 0.53 * s / cp; /* an overlap takes sqrt(3)/2 */
     PetscCall(PetscStrncpy(plan->sets, "estimate: mean cell size / P-wave speed; the run bounds the stiffness of every particle", sizeof(plan->sets)));
   }
   plan->dt = safety * stable;
@@ -131,12 +133,13 @@ PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan)
   PetscCall(PetscMemzero(plan, sizeof(*plan)));
   plan->built   = PETSC_TRUE;
   plan->threads = threads;
-  if (c->method == APP_FEM) {
+  if (c->method != APP_DEM) {
     PetscCall(FemModelGetCounts(c->fem, &a, &b, &w));
     plan->nodes    = a;
     plan->elements = b;
     plan->dofs     = w;
-  } else {
+  }
+  if (c->method != APP_FEM) {
     PetscCall(DemModelGetCounts(c->dem, &a, &b, &w));
     plan->particles = a;
     plan->bonds     = b;
@@ -146,10 +149,11 @@ PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan)
     PetscCall(SceneGetReal(c->scene, "time.safety", &safety));
     PetscCall(SceneGetReal(c->scene, "time.step", &given));
     PetscCall(c->stepper.stable_step(c->stepper.ctx, &stable)); /* the loop's own */
-    if (c->method == APP_FEM) PetscCall(FemModelGetCriticalStep(c->fem, &plan->critical));
+    if (c->method == APP_COUPLED) PetscCall(CouplingModelGetCriticalStep(c->coupling, &plan->critical));
+    else if (c->method == APP_FEM) PetscCall(FemModelGetCriticalStep(c->fem, &plan->critical));
     else PetscCall(DemModelGetCriticalStep(c->dem, &plan->critical));
     PetscCall(PetscSNPrintf(plan->sets, sizeof(plan->sets), "%g x %s", (double)safety,
-                            stable == plan->critical ? "the critical step" : c->method == APP_FEM ? "the bound from the stiffest element" : "the bound from the stiffest particle"));
+                            stable == plan->critical ? "the critical step" : c->method == APP_COUPLED ? "the overlap's limit" : c->method == APP_FEM ? "the bound from the stiffest element" : "the bound from the stiffest particle"));
     plan->dt = safety * stable;
     if (given > plan->critical)
       PetscCall(SceneFail(c->scene, "time.step", "a step of %g s exceeds the critical step %.4g s, which the highest frequency of the %s sets (2/omega_max); use at most %.3g s, or auto", (double)given, (double)plan->critical,
@@ -193,12 +197,18 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
   fprintf(out, "plan%s%s\n", title[0] ? ": " : "", title);
   fprintf(out, "  space     %s", c->dim == 3 ? "3D" : c->plane_stress ? "2D, plane stress" : "2D, plane strain");
   if (c->dim == 2) fprintf(out, ", %g mm thick", (double)(c->thickness * 1e3));
-  fprintf(out, "\n  active    %s\n", c->method == APP_FEM ? (c->is_static ? "finite elements, static" : "finite elements, explicit") : "bonded particles, explicit");
-  if (c->method == APP_FEM) fprintf(out, "  size      %.0f nodes, %.0f elements, %.0f unknowns\n", (double)p->nodes, (double)p->elements, (double)p->dofs);
-  else {
+  fprintf(out, "\n  active    %s\n", c->method == APP_COUPLED ? "finite elements and bonded particles over an overlap, explicit" : c->method == APP_FEM ? (c->is_static ? "finite elements, static" : "finite elements, explicit") : "bonded particles, explicit");
+  if (c->method != APP_DEM) fprintf(out, "  size      %.0f nodes, %.0f elements, %.0f unknowns\n", (double)p->nodes, (double)p->elements, (double)p->dofs);
+  if (c->method != APP_FEM) {
     fprintf(out, "  size      %s%.0f particles, %s%.0f bonds", about, (double)p->particles, about, (double)p->bonds);
     if (p->built) fprintf(out, ", %.0f boundary facets", (double)p->walls);
     fputc('\n', out);
+  }
+  if (c->coupling) {
+    CouplingReport r;
+
+    PetscCall(CouplingModelGetReport(c->coupling, &r));
+    fprintf(out, "  overlap   %d particles, %d bonds, %d elements; force left on a node in uniform stress %.2g of stress x facet\n", (int)r.particles, (int)r.bonds, (int)r.cells, (double)r.residual);
   }
   fprintf(out, "  loads     %d from conditions, %d tools\n", (int)c->n_loads, (int)c->n_tools);
   fprintf(out, "  memory    %s%.3g MB\n", about, (double)(p->bytes / 1e6));
@@ -222,14 +232,15 @@ PetscErrorCode AppPlanJson(AppCase *c, const AppPlan *p, Json *json)
 {
   PetscFunctionBegin;
   PetscCall(JsonBeginObject(json, "plan"));
-  PetscCall(JsonString(json, "active", c->method == APP_FEM ? (c->is_static ? "fem static" : "fem explicit") : "dem explicit"));
+  PetscCall(JsonString(json, "active", c->method == APP_COUPLED ? "coupled explicit" : c->method == APP_FEM ? (c->is_static ? "fem static" : "fem explicit") : "dem explicit"));
   PetscCall(JsonBool(json, "estimated", p->built ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(JsonInt(json, "dimension", c->dim));
-  if (c->method == APP_FEM) {
+  if (c->method != APP_DEM) {
     PetscCall(JsonInt(json, "nodes", (PetscInt64)p->nodes));
     PetscCall(JsonInt(json, "elements", (PetscInt64)p->elements));
     PetscCall(JsonInt(json, "unknowns", (PetscInt64)p->dofs));
-  } else {
+  }
+  if (c->method != APP_FEM) {
     PetscCall(JsonInt(json, "particles", (PetscInt64)p->particles));
     PetscCall(JsonInt(json, "bonds", (PetscInt64)p->bonds));
     PetscCall(JsonInt(json, "boundary_facets", (PetscInt64)p->walls));

@@ -132,6 +132,37 @@ static PetscErrorCode SetFieldNames(AppCase *c, Output output)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Scales, labels and overlay of plot k, appended to its JSON. */
+static PetscErrorCode PlotExtras(AppCase *c, PetscInt k, char word[BASE_LINE])
+{
+  static const char *const numbers[] = {"xscale", "yscale"}, *const texts[] = {"xlabel", "ylabel", "overlay"};
+  char                     path[64], more[BASE_LINE], file[PETSC_MAX_PATH_LEN];
+  const char              *text;
+  PetscReal                value;
+  PetscBool                has;
+
+  PetscFunctionBegin;
+  for (int i = 0; i < 2; i++) {
+    PetscCall(BaseFormat(path, "output.plots[%" PetscInt_FMT "].%s", k, numbers[i]));
+    PetscCall(SceneGetReal(c->scene, path, &value));
+    PetscCall(BaseFormat(more, ", \"%s\": %.17g", numbers[i], (double)value));
+    PetscCall(PetscStrlcat(word, more, BASE_LINE));
+  }
+  for (int i = 0; i < 3; i++) {
+    PetscCall(BaseFormat(path, "output.plots[%" PetscInt_FMT "].%s", k, texts[i]));
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (!has) continue;
+    PetscCall(SceneGetString(c->scene, path, &text));
+    if (i == 2) {
+      PetscCall(SceneFilePath(c->scene, text, sizeof(file), file));
+      text = file;
+    }
+    PetscCall(BaseFormat(more, ", \"%s\": \"%s\"", texts[i], text));
+    PetscCall(PetscStrlcat(word, more, BASE_LINE));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The scene's plots as plot.py takes them, one JSON object each. Names of columns hold neither quote nor backslash. */
 static PetscErrorCode PlotWords(AppCase *c, PetscInt *n, char *word[APP_PLOTS])
 {
@@ -161,7 +192,9 @@ static PetscErrorCode PlotWords(AppCase *c, PetscInt *n, char *word[APP_PLOTS])
         if (strchr(" ()/\\\"", *s)) *s = '_';
     }
     PetscCall(PetscMalloc1(BASE_LINE, &word[k]));
-    PetscCall(PetscSNPrintf(word[k], BASE_LINE, "{\"kind\": \"history\", \"out\": \"%s\", \"x\": \"%s\", \"y\": [\"%s\"]}", file, x, y));
+    PetscCall(PetscSNPrintf(word[k], BASE_LINE, "{\"kind\": \"history\", \"out\": \"%s\", \"x\": \"%s\", \"y\": [\"%s\"]", file, x, y));
+    PetscCall(PlotExtras(c, k, word[k]));
+    PetscCall(PetscStrlcat(word[k], "}", BASE_LINE));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

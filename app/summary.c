@@ -70,6 +70,7 @@ PetscErrorCode AppCountsJson(AppCase *c, Json *json)
   PetscCall(JsonBeginObject(json, "constructed"));
   PetscCall(JsonInt(json, "FemModel", c->made_fem));
   PetscCall(JsonInt(json, "DemModel", c->made_dem));
+  PetscCall(JsonInt(json, "CouplingModel", c->made_couplings));
   PetscCall(JsonInt(json, "DemBody", c->made_bodies));
   PetscCall(JsonInt(json, "DemPacking", c->made_packings));
   PetscCall(JsonInt(json, "DemCells", c->made_cells));

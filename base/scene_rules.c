@@ -114,6 +114,14 @@ static PetscErrorCode CheckBody(Scene scene, SceneNode body)
   if (body->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CheckUsedMaterial(scene, body));
   PetscCall(CheckGeometry(scene, body));
+  if (SceneNodeIs(method, "coupled")) {
+    const SceneNode geometry = SceneNodeChild(body, "geometry"), dem = SceneNodeChild(body, "dem");
+
+    if (scene->is_static == 1) PetscCall(SceneFaultValue(scene, method, "time.method is static, and a coupled body steps explicitly: write time: {method: explicit}"));
+    if (geometry && geometry->kind == NODE_MAP) PetscCall(SceneFaultKey(scene, geometry, "a coupled body needs a geometry file with a physical group for its particles; built-in shapes have none"));
+    if (dem && dem->kind == NODE_MAP && !SceneNodeChild(dem, "group")) PetscCall(SceneFaultKey(scene, dem, "dem has no group; name the physical group that becomes particles, e.g. group: ligament"));
+  } else if (SceneNodeChild(SceneNodeChild(body, "dem"), "group"))
+    PetscCall(SceneFaultKey(scene, SceneNodeChild(SceneNodeChild(body, "dem"), "group"), "dem.group belongs to method: coupled; for a body of particles alone write group beside geometry"));
   if (scene->is_static == 1 && SceneNodeIs(method, "dem")) PetscCall(SceneFaultValue(scene, method, "time.method is static, and static needs a fem body; body '%.60s' is dem: write time: {method: explicit}", body->key));
   if (file && file->good) {
     static const char *const made[] = {"spread", "seed"};

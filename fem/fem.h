@@ -41,9 +41,11 @@ PetscErrorCode FemModelAddPressure(FemModel model, const char *group, const Tabl
 PetscErrorCode FemModelSetGravity(FemModel model, const PetscReal gravity[3]); /* [m/s2] */
 PetscErrorCode FemModelSetInitialVelocity(FemModel model, const PetscReal velocity[3]);
 PetscErrorCode FemModelSetDamping(FemModel model, PetscReal alpha); /* mass-proportional, [1/s]; explicit only */
+PetscErrorCode FemModelSetLocalDamping(FemModel model, PetscReal alpha); /* non-viscous, in [0, 1), eq. (5.3); explicit only */
 PetscErrorCode FemModelSetThreads(FemModel model, PetscInt threads);
 
-/* A history quantity over a group: "reaction", "displacement" (mean), "velocity" (mean). One column per component. */
+/* A history quantity over a group: "reaction", "displacement" (mean), "velocity" (mean), one column per component; "opening":
+   how far the two parts of a group (lips of a notch, say) have moved apart, along the line between them. */
 PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const char *group);
 
 /* For a coupling, before set-up: share of each element's stiffness and mass, > 0, in the mesh's order of top-dimension cells. */

@@ -69,7 +69,7 @@ PetscErrorCode FemBoundStep(FemModel model)
   }
   PetscCall(PetscFree(share));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPIU_MAX, model->comm));
-  model->bound = 2 / PetscSqrtReal(largest);
+  model->bound = 2 / PetscSqrtReal(largest * (1 + model->local));
   PetscCall(PetscLogEventEnd(FEM_Eigen, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -156,7 +156,7 @@ PetscErrorCode FemModelGetCriticalStep(FemModel model, PetscReal *dt)
   if (!(model->critical > 0)) {
     PetscCall(PetscLogEventBegin(FEM_Eigen, 0, 0, 0, 0));
     PetscCall(LargestEigenvalue(model, 1e-3, &theta)); /* 0.05 % of the step, well inside the promised 1 % */
-    model->critical = theta > 0 ? 2 / PetscSqrtReal(theta) : PETSC_MAX_REAL;
+    model->critical = theta > 0 ? 2 / PetscSqrtReal(theta * (1 + model->local)) : PETSC_MAX_REAL; /* local drag: see (4.13) */
     PetscCall(PetscLogEventEnd(FEM_Eigen, 0, 0, 0, 0));
   }
   *dt = model->critical;

@@ -46,10 +46,11 @@ static void CloseLevel(FemModel model, PetscInt from, PetscInt to, PetscReal bef
 
   for (PetscInt k = from; k < to; k++) {
     const PetscReal m = model->mass[k / dim], v = model->v[k], force = model->f_app[k] + model->f_ext[k] - model->f_int[k];
-    PetscReal       next = keep * v + gain * force / m, drag, pushed = model->f_app[k], reaction = 0, move_before, move_after;
+    const PetscReal local = model->local * PetscAbsReal(force) * (v > 0 ? 1 : v < 0 ? -1 : 0); /* eq. (5.3) */
+    PetscReal       next = keep * v + gain * (force - local) / m, drag, pushed = model->f_app[k], reaction = 0, move_before, move_after;
 
     if (model->fixed[k] >= 0) next = after > 0 ? (place[model->fixed[k]] - model->u[k]) / (2 * after) : v;
-    drag = alpha * m * (start ? v : 0.5 * (v + next));
+    drag = alpha * m * (start ? v : 0.5 * (v + next)) + (model->fixed[k] < 0 ? local : 0);
     if (model->fixed[k] >= 0) {
       reaction = (h > 0 ? m * (next - v) / h : 0) + drag - force;
       pushed += reaction;

@@ -52,11 +52,12 @@ typedef struct {
   FemMaterial material;
 } FemRegion;
 
-typedef enum { FEM_HIST_REACTION, FEM_HIST_DISPLACEMENT, FEM_HIST_VELOCITY } FemQuantity;
+typedef enum { FEM_HIST_REACTION, FEM_HIST_DISPLACEMENT, FEM_HIST_VELOCITY, FEM_HIST_OPENING } FemQuantity;
 
 typedef struct {
   FemQuantity quantity;
   PetscInt    group, component;
+  PetscReal   axis[3], middle; /* of an opening: direction, and where along it the group parts [m] */
 } FemHistory;
 
 /* Block rows of owned nodes. Row i: columns col[start[i]..start[i+1]) in global node order; values dim scalar rows of
@@ -77,7 +78,7 @@ struct _p_FemModel {
   FemKind     kind;
   FemMethod   method;
   FemOperator operator;
-  PetscReal   thickness, alpha, gravity[3], velocity0[3];
+  PetscReal   thickness, alpha, local, gravity[3], velocity0[3];
   PetscInt    threads;
   PetscBool   has_mesh, ready;
 

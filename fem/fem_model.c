@@ -207,30 +207,78 @@ PetscErrorCode FemModelSetThreads(FemModel model, PetscInt threads)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode FemModelSetLocalDamping(FemModel model, PetscReal alpha)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_FALSE));
+  BaseCheckInput(alpha >= 0 && alpha < 1, model->comm, "Local damping %.4g must lie in [0, 1)", (double)alpha);
+  model->local = alpha;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Axis between the two parts of a group, and the middle of the widest gap along it. */
+static PetscErrorCode FindLips(FemModel model, FemHistory *entry)
+{
+  const FemGroup *group = &model->group[entry->group];
+  const PetscInt  dim   = model->dim;
+  PetscReal       low[3], high[3], *along, length = 0, widest = 0;
+
+  PetscFunctionBegin;
+  BaseCheckInput(model->size == 1, model->comm, "An opening is followed on one rank only for now, not %d", (int)model->size);
+  BaseCheckInput(group->n_nodes >= 2, model->comm, "%s: group '%s' has %" PetscInt_FMT " nodes; an opening needs two lips", model->source, group->name, group->n_nodes);
+  for (PetscInt d = 0; d < dim; d++) {
+    low[d] = PETSC_MAX_REAL, high[d] = -PETSC_MAX_REAL;
+    for (PetscInt i = 0; i < group->n_nodes; i++) {
+      low[d]  = PetscMin(low[d], model->x[group->node[i] * dim + d]);
+      high[d] = PetscMax(high[d], model->x[group->node[i] * dim + d]);
+    }
+  }
+  for (PetscInt d = 0; d < dim; d++)
+    if (high[d] - low[d] > length) { /* lips face each other along the axis that holds the widest gap, most often the group's longest */
+      length = high[d] - low[d];
+      for (PetscInt k = 0; k < 3; k++) entry->axis[k] = k == d;
+    }
+  PetscCall(PetscMalloc1(group->n_nodes, &along));
+  for (PetscInt i = 0; i < group->n_nodes; i++) {
+    along[i] = 0;
+    for (PetscInt d = 0; d < dim; d++) along[i] += entry->axis[d] * model->x[group->node[i] * dim + d];
+  }
+  PetscCall(PetscSortReal(group->n_nodes, along));
+  for (PetscInt i = 0; i + 1 < group->n_nodes; i++)
+    if (along[i + 1] - along[i] > widest) {
+      widest        = along[i + 1] - along[i];
+      entry->middle = 0.5 * (along[i + 1] + along[i]);
+    }
+  PetscCall(PetscFree(along));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const char *group)
 {
-  static const char *const names[] = {"reaction", "displacement", "velocity"}, *const units[] = {"N", "m", "m/s"};
-  FemHistory               entry = {FEM_HIST_REACTION, -1, 0};
+  static const char *const names[] = {"reaction", "displacement", "velocity", "opening"}, *const units[] = {"N", "m", "m/s", "m"};
+  FemHistory               entry = {.quantity = FEM_HIST_REACTION, .group = -1};
   PetscBool                same;
   PetscInt                 found = -1;
 
   PetscFunctionBegin;
   PetscCall(CheckOpen(model, PETSC_TRUE));
-  for (PetscInt q = 0; q < 3; q++) {
+  for (PetscInt q = 0; q < 4; q++) {
     PetscCall(PetscStrcmp(quantity, names[q], &same));
     if (same) found = q;
   }
-  BaseCheckInput(found >= 0, model->comm, "A finite-element group has no history quantity '%s'; it has reaction, displacement, velocity", quantity);
+  BaseCheckInput(found >= 0, model->comm, "A finite-element group has no history quantity '%s'; it has reaction, displacement, velocity, opening", quantity);
   entry.quantity = (FemQuantity)found;
   PetscCall(FemFindGroup(model, group, &entry.group));
   BaseCheckInput(model->group[entry.group].n_nodes_global > 0, model->comm, "%s: group '%s' touches no node of the body, so it has no %s", model->source, group, quantity);
   PetscCall(PetscRealloc(sizeof(FemHistory) * (model->n_history + model->dim), &model->history));
   PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + model->dim), &model->history_name));
   PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + model->dim), &model->history_unit));
-  for (entry.component = 0; entry.component < model->dim; entry.component++) {
+  if (entry.quantity == FEM_HIST_OPENING) PetscCall(FindLips(model, &entry));
+  for (entry.component = 0; entry.component < (entry.quantity == FEM_HIST_OPENING ? 1 : model->dim); entry.component++) {
     char line[BASE_LINE];
 
-    PetscCall(BaseFormat(line, "%s(%s).%c", quantity, group, "xyz"[entry.component]));
+    if (entry.quantity == FEM_HIST_OPENING) PetscCall(BaseFormat(line, "%s(%s)", quantity, group));
+    else PetscCall(BaseFormat(line, "%s(%s).%c", quantity, group, "xyz"[entry.component]));
     PetscCall(PetscStrallocpy(line, &model->history_name[model->n_history]));
     model->history_unit[model->n_history] = units[found];
     model->history[model->n_history++]    = entry;

@@ -67,6 +67,23 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
 
   PetscFunctionBegin;
   PetscCall(Close(model));
+  if (h->quantity == FEM_HIST_OPENING) { /* mean motion along the axis, far lip less near lip */
+    PetscReal mean[2] = {0}, count[2] = {0};
+
+    for (PetscInt k = 0; k < group->n_nodes; k++) {
+      const PetscInt first = group->node[k] * model->dim;
+      PetscReal      x = 0, u = 0;
+
+      for (PetscInt d = 0; d < model->dim; d++) {
+        x += h->axis[d] * model->x[first + d];
+        u += h->axis[d] * model->u[first + d];
+      }
+      mean[x > h->middle] += u;
+      count[x > h->middle] += 1;
+    }
+    *value = mean[1] / count[1] - mean[0] / count[0];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (PetscInt k = 0; k < group->n_nodes; k++) {
     const PetscInt dof = group->node[k] * model->dim + h->component;
 
