@@ -60,12 +60,11 @@ typedef struct {
   PetscReal   axis[3], middle; /* of an opening: direction, and where along it the group parts [m] */
 } FemHistory;
 
-/* Block rows of owned nodes. Row i: columns col[start[i]..start[i+1]) in global node order; values dim scalar rows of
-   dim*m numbers each, so that a row is dim long dot products. */
+/* Block rows of owned nodes. Row i: columns col[start[i]..start[i+1]) in global node order, a block of [dim][dim] each. */
 typedef struct {
   PetscInt  *start; /* [n_own + 1] */
   PetscInt  *col;   /* [start[n_own]] local nodes */
-  PetscReal *value; /* [start[n_own]*dim*dim] [N/m] */
+  PetscReal *value; /* [start[n_own]][dim][dim] [N/m] */
   PetscInt   longest;
 } FemRows;
 

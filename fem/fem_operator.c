@@ -80,6 +80,7 @@ static PetscErrorCode BuildPattern(FemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Entry of col[] in row i that is node j. */
 static PetscInt FindColumn(const FemModel model, PetscInt i, PetscInt j)
 {
   PetscInt low = model->rows.start[i], high = model->rows.start[i + 1] - 1;
@@ -90,7 +91,7 @@ static PetscInt FindColumn(const FemModel model, PetscInt i, PetscInt j)
     if (model->gid[model->rows.col[middle]] < model->gid[j]) low = middle + 1;
     else high = middle;
   }
-  return low - model->rows.start[i];
+  return low;
 }
 
 PetscErrorCode FemRowsCreate(FemModel model)
@@ -114,11 +115,10 @@ PetscErrorCode FemRowsCreate(FemModel model)
 
       if (i >= model->n_own) continue;
       for (PetscInt b = 0; b < shape->nodes; b++) {
-        const PetscInt m = rows->start[i + 1] - rows->start[i], at = FindColumn(model, i, node[b]);
-        PetscReal     *value = &rows->value[(size_t)rows->start[i] * dim * dim + at * dim];
+        PetscReal *value = &rows->value[(size_t)FindColumn(model, i, node[b]) * dim * dim];
 
         for (PetscInt p = 0; p < dim; p++)
-          for (PetscInt q = 0; q < dim; q++) value[p * dim * m + q] += K[(a * dim + p) * n + b * dim + q];
+          for (PetscInt q = 0; q < dim; q++) value[p * dim + q] += K[(a * dim + p) * n + b * dim + q];
       }
     }
   }
@@ -170,53 +170,61 @@ PetscErrorCode FemElementsDestroy(FemModel model)
 /*
   f = K u by block rows.  Eq. (2.9)
 
-  start [n+1], col, value  FemRows; u [][dim], f [n][dim] out; room [dim*longest] scratch of this thread
-  A row first gathers the motion of its columns, then takes dim dot products of that: long, contiguous, vectorised.
+  start [n+1], col, value  FemRows; u [][dim], f [n][dim] out
+  One stream through value, and a sum for each of its dim x dim places, so that no addition waits for the one before. Rows
+  kept as dim long dot products vectorise better and run slower (0.29 against 0.17 us per hex8): three streams at once.
 */
-static inline void RowsTimes(PetscInt dim, PetscInt from, PetscInt to, const PetscInt *restrict start, const PetscInt *restrict col, const PetscReal *restrict value, const PetscReal *restrict u, PetscReal *restrict f,
-                             PetscReal *restrict room)
+static void RowsTimes3(PetscInt from, PetscInt to, const PetscInt *restrict start, const PetscInt *restrict col, const PetscReal *restrict value, const PetscReal *restrict u, PetscReal *restrict f)
 {
   for (PetscInt i = from; i < to; i++) {
-    const PetscInt   m = start[i + 1] - start[i], n = m * dim, *c = &col[start[i]];
-    const PetscReal *K = &value[(size_t)start[i] * dim * dim];
-    PetscReal        s0 = 0, s1 = 0, s2 = 0;
+    PetscReal xx = 0, xy = 0, xz = 0, yx = 0, yy = 0, yz = 0, zx = 0, zy = 0, zz = 0;
 
-    for (PetscInt b = 0; b < m; b++)
-      for (PetscInt d = 0; d < dim; d++) room[b * dim + d] = u[c[b] * dim + d];
-    if (dim == 2) {
-#pragma omp simd reduction(+ : s0, s1)
-      for (PetscInt k = 0; k < n; k++) {
-        s0 += K[k] * room[k];
-        s1 += K[n + k] * room[k];
-      }
-    } else {
-#pragma omp simd reduction(+ : s0, s1, s2)
-      for (PetscInt k = 0; k < n; k++) {
-        s0 += K[k] * room[k];
-        s1 += K[n + k] * room[k];
-        s2 += K[2 * n + k] * room[k];
-      }
-      f[i * dim + 2] = s2;
+    for (PetscInt b = start[i]; b < start[i + 1]; b++) {
+      const PetscReal *K = &value[(size_t)9 * b], x = u[3 * col[b]], y = u[3 * col[b] + 1], z = u[3 * col[b] + 2];
+
+      xx += K[0] * x;
+      xy += K[1] * y;
+      xz += K[2] * z;
+      yx += K[3] * x;
+      yy += K[4] * y;
+      yz += K[5] * z;
+      zx += K[6] * x;
+      zy += K[7] * y;
+      zz += K[8] * z;
     }
-    f[i * dim]     = s0;
-    f[i * dim + 1] = s1;
+    f[3 * i]     = xx + xy + xz;
+    f[3 * i + 1] = yx + yy + yz;
+    f[3 * i + 2] = zx + zy + zz;
+  }
+}
+
+static void RowsTimes2(PetscInt from, PetscInt to, const PetscInt *restrict start, const PetscInt *restrict col, const PetscReal *restrict value, const PetscReal *restrict u, PetscReal *restrict f)
+{
+  for (PetscInt i = from; i < to; i++) {
+    PetscReal xx = 0, xy = 0, yx = 0, yy = 0;
+
+    for (PetscInt b = start[i]; b < start[i + 1]; b++) {
+      const PetscReal *K = &value[(size_t)4 * b], x = u[2 * col[b]], y = u[2 * col[b] + 1];
+
+      xx += K[0] * x;
+      xy += K[1] * y;
+      yx += K[2] * x;
+      yy += K[3] * y;
+    }
+    f[2 * i]     = xx + xy;
+    f[2 * i + 1] = yx + yy;
   }
 }
 
 static void ApplyRows(FemModel model, const PetscReal *u, PetscReal *f)
 {
-  const FemRows *rows    = &model->rows;
-  const PetscInt threads = model->threads, n = model->n_own, dim = model->dim, block = 256;
+  const FemRows *rows = &model->rows;
+  const PetscInt n = model->n_own, block = 256;
 
-#pragma omp parallel num_threads(threads)
-  {
-    PetscReal room[3 * rows->longest + 1];
-
-#pragma omp for schedule(static)
-    for (PetscInt b = 0; b < (n + block - 1) / block; b++) {
-      if (dim == 2) RowsTimes(2, b * block, PetscMin(n, (b + 1) * block), rows->start, rows->col, rows->value, u, f, room);
-      else RowsTimes(3, b * block, PetscMin(n, (b + 1) * block), rows->start, rows->col, rows->value, u, f, room);
-    }
+#pragma omp parallel for schedule(static) num_threads(model->threads)
+  for (PetscInt b = 0; b < (n + block - 1) / block; b++) {
+    if (model->dim == 2) RowsTimes2(b * block, PetscMin(n, (b + 1) * block), rows->start, rows->col, rows->value, u, f);
+    else RowsTimes3(b * block, PetscMin(n, (b + 1) * block), rows->start, rows->col, rows->value, u, f);
   }
 }
 

@@ -7,8 +7,8 @@
 */
 #include "fem_impl.h"
 
-/* Above so many dofs in 3D (2D: ten times) multigrid beats the factor's memory; measured in fem/README.md. */
-#define DIRECT_MOST_3D 60000
+/* Above so many dofs in 3D (2D, or nearly incompressible: ten times) multigrid beats the factor; times in fem/README.md. */
+#define DIRECT_MOST_3D 20000
 
 static PetscErrorCode BuildMatrix(FemModel model)
 {
@@ -41,26 +41,22 @@ static PetscErrorCode BuildMatrix(FemModel model)
   PetscCall(FemGhosts(model, global));
   for (PetscInt i = 0; i < model->n_loc; i++) number[i] = (PetscInt)global[i * dim];
 
-  for (PetscInt i = 0; i < model->n_own; i++) { /* scale of the identity rows: the largest diagonal entry */
-    const PetscInt m = (rows->start[i + 1] - rows->start[i]) * dim;
-
+  for (PetscInt i = 0; i < model->n_own; i++) /* scale of the identity rows: the largest diagonal entry */
     for (PetscInt k = rows->start[i]; k < rows->start[i + 1]; k++)
-      for (PetscInt d = 0; d < dim && rows->col[k] == i; d++) largest = PetscMax(largest, rows->value[(size_t)rows->start[i] * dim * dim + d * m + (k - rows->start[i]) * dim + d]);
-  }
+      for (PetscInt d = 0; d < dim && rows->col[k] == i; d++) largest = PetscMax(largest, rows->value[((size_t)k * dim + d) * dim + d]);
   PetscCallMPI(MPI_Allreduce(&largest, &model->diagonal, 1, MPIU_REAL, MPIU_MAX, model->comm));
   for (PetscInt i = 0; i < model->n_own; i++) {
     const PetscInt m = (rows->start[i + 1] - rows->start[i]) * dim;
 
     for (PetscInt d = 0; d < dim; d++) {
-      const PetscReal *value = &rows->value[(size_t)rows->start[i] * dim * dim + d * m];
-      const PetscInt   row = first + i * dim + d;
+      const PetscInt row = first + i * dim + d;
 
       for (PetscInt k = 0; k < m; k++) {
-        const PetscInt  j = rows->col[rows->start[i] + k / dim], e = k % dim;
+        const PetscInt  at = rows->start[i] + k / dim, j = rows->col[at], e = k % dim;
         const PetscBool held = model->fixed[i * dim + d] >= 0 || model->fixed[j * dim + e] >= 0 ? PETSC_TRUE : PETSC_FALSE;
 
         column[k] = number[j] * dim + e;
-        line[k]   = !held ? value[k] : column[k] == row ? model->diagonal : 0;
+        line[k]   = !held ? rows->value[((size_t)at * dim + d) * dim + e] : column[k] == row ? model->diagonal : 0;
       }
       PetscCall(MatSetValues(model->K, 1, &row, m, column, line, INSERT_VALUES));
     }
@@ -105,10 +101,19 @@ static PetscErrorCode Prefer(const char *name, const char *value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Multigrid loses its grip there. */
+static PetscBool NearlyIncompressible(FemModel model)
+{
+  for (PetscInt r = 0; r < model->n_regions; r++)
+    if (model->region[r].material.poisson > 0.49) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 static PetscErrorCode BuildSolver(FemModel model)
 {
-  const PetscReal most = model->dim == 3 ? DIRECT_MOST_3D : 10.0 * DIRECT_MOST_3D;
+  const PetscReal most = (model->dim == 3 && !NearlyIncompressible(model) ? 1.0 : 10.0) * DIRECT_MOST_3D;
   const PetscBool direct = (PetscReal)model->N_nodes * model->dim <= most ? PETSC_TRUE : PETSC_FALSE;
+  PetscBool       preonly;
   PC              pc;
 
   PetscFunctionBegin;
@@ -121,7 +126,7 @@ static PetscErrorCode BuildSolver(FemModel model)
     PetscCall(PCSetType(pc, PCCHOLESKY));
     PetscCall(PCFactorSetMatSolverType(pc, model->size == 1 ? MATSOLVERCHOLMOD : MATSOLVERMUMPS));
   } else {
-    static const char *const ours[][2] = {{"-fem_pc_gamg_agg_nsmooths", "1"},          {"-fem_pc_gamg_aggressive_coarsening", "0"}, {"-fem_pc_gamg_threshold", "0.001"}, {"-fem_pc_gamg_coarse_eq_limit", "200"},
+    static const char *const ours[][2] = {{"-fem_pc_gamg_agg_nsmooths", "1"},          {"-fem_pc_gamg_aggressive_coarsening", "1"}, {"-fem_pc_gamg_threshold", "0.001"}, {"-fem_pc_gamg_coarse_eq_limit", "200"},
                                           {"-fem_pc_gamg_esteig_ksp_type", "cg"},      {"-fem_pc_gamg_esteig_ksp_max_it", "10"},    {"-fem_mg_levels_ksp_type", "chebyshev"}, {"-fem_mg_levels_ksp_max_it", "2"},
                                           {"-fem_mg_levels_ksp_chebyshev_esteig", "0,0.05,0,1.1"}, {"-fem_mg_levels_pc_type", "jacobi"}};
 
@@ -133,6 +138,8 @@ static PetscErrorCode BuildSolver(FemModel model)
     PetscCall(PCSetType(pc, PCGAMG));
   }
   PetscCall(KSPSetFromOptions(model->ksp));
+  PetscCall(PetscObjectTypeCompare((PetscObject)model->ksp, KSPPREONLY, &preonly)); /* the user may have asked for a factor */
+  if (preonly) PetscCall(KSPSetInitialGuessNonzero(model->ksp, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

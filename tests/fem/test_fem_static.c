@@ -1,6 +1,7 @@
 /* Statics against closed forms: beam, column, pressure, reactions, energy; one factorisation for all steps.  Theory 2.3 */
 #include "fem_case.h"
 #include <petscksp.h>
+#include <unistd.h>
 
 /* Timoshenko cantilever, notes S4: end load P upward at x = L, exact displacement where it is built in. */
 static const PetscReal beam_L = 48, beam_D = 12, beam_E = 3e7, beam_nu = 0.3, beam_P = 1000;
@@ -251,6 +252,74 @@ static PetscErrorCode TestTenStepsOneFactorisation(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Ten load steps, and five + checkpoint + five in another model: the same bits, work included. */
+static PetscErrorCode TestRestartContinuesBitForBit(void)
+{
+  const FemMaterial m         = {2400, 30e9, 0.2};
+  const PetscReal   length[3] = {2, 1, 1}, time[3] = {0, 0.3, 1}, value[3] = {0, 1e-3, 2e-4}, g[3] = {0, 0, -9.81};
+  const PetscInt    n[3]      = {6, 3, 3};
+  char              file[]    = "fem_static_restart_XXXXXX.h5";
+  PetscReal        *bits[2];
+  PetscInt          count     = 0;
+  Table             table;
+
+  PetscFunctionBeginUser;
+  {
+    const int fd = mkstemps(file, 3);
+
+    CheckTrue(fd >= 0);
+    close(fd);
+  }
+  PetscCall(TableCreate(3, time, value, &table));
+  for (PetscInt k = 0; k < 2; k++) {
+    Ledger ledger;
+
+    for (PetscInt half = 0; half < 2; half++) { /* the first half alone only when restarting */
+      Mesh       mesh;
+      FemModel   model;
+      Stepper    s;
+      Checkpoint checkpoint;
+
+      if (!k && !half) continue;
+      PetscCall(CaseBox(PETSC_COMM_SELF, MESH_TET4, length, n, 0.1, &mesh));
+      PetscCall(CaseModel(PETSC_COMM_SELF, &mesh, FEM_SOLID, FEM_STATIC, 1, &m, &model));
+      for (PetscInt d = 0; d < 3; d++) PetscCall(CaseFix(model, "xmin", d, 0));
+      PetscCall(FemModelFix(model, "xmax", 2, FEM_DISPLACEMENT, &table));
+      PetscCall(FemModelSetGravity(model, g));
+      PetscCall(FemModelSetUp(model));
+      PetscCall(FemModelGetStepper(model, &s));
+      if (k && half) {
+        PetscCall(CheckpointOpen(PETSC_COMM_SELF, file, &checkpoint));
+        PetscCall(s.load(s.ctx, checkpoint));
+        PetscCall(CheckpointClose(&checkpoint));
+      }
+      for (PetscInt j = k && half ? 5 : 0; j < (half ? 10 : 5); j++) PetscCall(s.step(s.ctx, 0.1 * j, 0.1));
+      if (!half) {
+        PetscCall(CheckpointCreate(PETSC_COMM_SELF, file, &checkpoint));
+        PetscCall(s.save(s.ctx, checkpoint));
+        PetscCall(CheckpointClose(&checkpoint));
+      } else {
+        count = 9 * mesh.n_nodes + LEDGER_TERMS;
+        PetscCall(PetscMalloc1(count, &bits[k]));
+        PetscCall(FemModelGetField(model, "displacement", bits[k]));
+        PetscCall(FemModelGetField(model, "velocity", bits[k] + 3 * mesh.n_nodes));
+        PetscCall(FemModelGetField(model, "reaction", bits[k] + 6 * mesh.n_nodes));
+        PetscCall(CaseLedger(model, &ledger));
+        PetscCall(PetscArraycpy(bits[k] + 9 * mesh.n_nodes, ledger.energy, LEDGER_TERMS));
+        CheckBelow(LedgerError(&ledger), 1e-10);
+      }
+      PetscCall(FemModelDestroy(&model));
+      PetscCall(MeshDestroy(&mesh));
+    }
+  }
+  for (PetscInt k = 0; k < count; k++) CheckTrue(bits[0][k] == bits[1][k]);
+  PetscCall(PetscFree(bits[0]));
+  PetscCall(PetscFree(bits[1]));
+  PetscCall(TableDestroy(&table));
+  unlink(file);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Two materials in series, nu = 0: the same stress in both, strains as 1/E. */
 static PetscErrorCode TestTwoMaterials(void)
 {
@@ -341,9 +410,10 @@ CHECK_TEST(TestGravityColumn)
 CHECK_TEST(TestPressureAllRound)
 CHECK_TEST(TestReactionsBalance)
 CHECK_TEST(TestTenStepsOneFactorisation)
+CHECK_TEST(TestRestartContinuesBitForBit)
 CHECK_TEST(TestTwoMaterials)
 CHECK_TEST(TestMultigridAgreesWithFactor)
 
-static const struct CMUnitTest tests[] = {TEST(TestTimoshenkoBeamConverges), TEST(TestGravityColumn), TEST(TestPressureAllRound), TEST(TestReactionsBalance), TEST(TestTenStepsOneFactorisation), TEST(TestTwoMaterials),
+static const struct CMUnitTest tests[] = {TEST(TestTimoshenkoBeamConverges), TEST(TestGravityColumn), TEST(TestPressureAllRound), TEST(TestReactionsBalance), TEST(TestTenStepsOneFactorisation), TEST(TestRestartContinuesBitForBit), TEST(TestTwoMaterials),
                                           TEST(TestMultigridAgreesWithFactor)};
 CHECK_MAIN(tests)
