@@ -17,7 +17,7 @@ void DemBondsSum2_Internal(PetscInt wide, PetscInt first, PetscInt last, const D
 {
   const PetscInt           n = bonds->n;
   const PetscReal *restrict X = copy + DEM_COPY_X * wide, *restrict U = copy + DEM_COPY_U * wide, *restrict R = copy + DEM_COPY_R * wide;
-  const PetscReal *restrict arm = bonds->arm, *restrict kk = bonds->k;
+  const PetscReal *restrict arm = bonds->arm, *restrict kk = bonds->now;
   const int *restrict ip = bonds->ip, *restrict iq = bonds->iq;
   PetscReal *restrict S = copy + DEM_COPY_S * wide;
   PetscReal sp[DEM_CHUNK], sq[DEM_CHUNK];
@@ -46,7 +46,7 @@ void DemBondsForce2_Internal(PetscInt wide, PetscInt first, PetscInt last, const
   const PetscInt           n = bonds->n;
   const PetscReal *restrict X = copy + DEM_COPY_X * wide, *restrict U = copy + DEM_COPY_U * wide, *restrict R = copy + DEM_COPY_R * wide;
   const PetscReal *restrict eps = copy + DEM_COPY_E * wide;
-  const PetscReal *restrict arm = bonds->arm, *restrict kk = bonds->k, *restrict weight = bonds->weight;
+  const PetscReal *restrict arm = bonds->arm, *restrict kk = bonds->now, *restrict weight = bonds->weight;
   const int *restrict ip = bonds->ip, *restrict iq = bonds->iq;
   PetscReal *restrict F = copy + DEM_COPY_F * wide; /* [wide][8] */
   PetscReal t[4][DEM_CHUNK], g[DEM_CHUNK];
@@ -97,7 +97,7 @@ PetscReal DemBondsEnergy2_Internal(PetscInt wide, PetscInt first, PetscInt last,
 
     GAP(k, i, j);
     (void)ax, (void)ay, (void)bx, (void)by;
-    sum += (bonds->weight ? bonds->weight[k] : 1) * g_shear * bonds->k[k] * (dx * dx + dy * dy);
+    sum += (bonds->weight ? bonds->weight[k] : 1) * g_shear * bonds->now[k] * (dx * dx + dy * dy);
   }
   return sum;
 }

@@ -35,7 +35,7 @@ void DemBondsSum3_Internal(PetscInt wide, PetscInt first, PetscInt last, const D
 {
   const PetscInt           n = bonds->n;
   const PetscReal *restrict X = copy + DEM_COPY_X * wide, *restrict U = copy + DEM_COPY_U * wide, *restrict R = copy + DEM_COPY_R * wide;
-  const PetscReal *restrict arm = bonds->arm, *restrict kk = bonds->k;
+  const PetscReal *restrict arm = bonds->arm, *restrict kk = bonds->now;
   const int *restrict ip = bonds->ip, *restrict iq = bonds->iq;
   PetscReal *restrict S = copy + DEM_COPY_S * wide;
   PetscReal sp[DEM_CHUNK], sq[DEM_CHUNK];
@@ -64,7 +64,7 @@ void DemBondsForce3_Internal(PetscInt wide, PetscInt first, PetscInt last, const
   const PetscInt           n = bonds->n;
   const PetscReal *restrict X = copy + DEM_COPY_X * wide, *restrict U = copy + DEM_COPY_U * wide, *restrict R = copy + DEM_COPY_R * wide;
   const PetscReal *restrict eps = copy + DEM_COPY_E * wide;
-  const PetscReal *restrict arm = bonds->arm, *restrict kk = bonds->k, *restrict weight = bonds->weight;
+  const PetscReal *restrict arm = bonds->arm, *restrict kk = bonds->now, *restrict weight = bonds->weight;
   const int *restrict ip = bonds->ip, *restrict iq = bonds->iq;
   PetscReal *restrict F = copy + DEM_COPY_F * wide; /* [wide][8] */
   PetscReal t[9][DEM_CHUNK], g[DEM_CHUNK];
@@ -130,7 +130,7 @@ PetscReal DemBondsEnergy3_Internal(PetscInt wide, PetscInt first, PetscInt last,
 
     GAP(k, i, j);
     (void)ax, (void)ay, (void)az, (void)bx, (void)by, (void)bz;
-    sum += (bonds->weight ? bonds->weight[k] : 1) * g_shear * bonds->k[k] * (dx * dx + dy * dy + dz * dz);
+    sum += (bonds->weight ? bonds->weight[k] : 1) * g_shear * bonds->now[k] * (dx * dx + dy * dy + dz * dz);
   }
   return sum;
 }

@@ -1,8 +1,9 @@
 /*
-  dem_crack.c - blocks whose bonds are breaking, or near it.  Eqs (4.20)-(4.28), docs/theory.md
+  dem_crack.c - bonds that are breaking, or near it.  Eqs (4.20)-(4.28), docs/theory.md
 
-  One bond at a time: only blocks with a watched or damaged bond come here, the rest run the vectorised intact rule. D is
-  advanced in the force pass with the sums of the same positions; the condensed volumes follow in the next sum.
+  The vectorised rule runs over every bond with (1 - D) k; what is here comes on top, one live (watched or damaged) bond at a
+  time: D is advanced after the force pass with the sums of the same positions, the bond's force is cut by what D has grown,
+  and a closed, broken part pushes. Blocks without a live bond never come here.
 */
 #include "dem_impl.h"
 #include <math.h>
@@ -89,26 +90,29 @@ static void ToParticle(DemModel model, PetscInt wide, PetscInt i, const PetscRea
   }
 }
 
+/* Condensed volumes of the damaged facets. */
 void DemCracksSum_Internal(DemModel model, PetscInt block, PetscReal *copy)
 {
-  const PetscInt   wide = model->blocks.widest;
-  const PetscReal *damage = model->crack.damage, ratio = 0.5 * model->lambda / model->g_shear;
-  PetscReal       *S = copy + DEM_COPY_S * wide, *V = copy + DEM_COPY_V * wide;
+  const DemBonds      *bonds = &model->bonds;
+  const DemCrackState *crack = &model->crack;
+  const PetscInt       wide = model->blocks.widest, *live = crack->live + model->blocks.bond[block];
+  const PetscReal      ratio = 0.5 * model->lambda / model->g_shear, *X = copy + DEM_COPY_X * wide;
+  PetscReal           *V = copy + DEM_COPY_V * wide;
 
-  for (PetscInt k = model->blocks.bond[block]; k < model->blocks.bond[block + 1]; k++) {
-    const int       i = model->bonds.ip[k], j = model->bonds.iq[k];
-    const PetscReal stiff = (1 - damage[k]) * model->bonds.k[k];
-    Bond            bond;
+  for (PetscInt l = 0; l < crack->n_live[block]; l++) {
+    const PetscInt k = live[l];
+    const int      i = bonds->ip[k], j = bonds->iq[k];
+    PetscReal      dot = 0, d2 = 0;
 
-    BondState(model, wide, k, copy, &bond);
-    S[i] += stiff * Dot3(bond.gap, bond.a);
-    S[j] -= stiff * Dot3(bond.gap, bond.b);
-    if (damage[k] > 0) {
-      const PetscReal lost = ratio * damage[k] * model->bonds.k[k] * bond.d;
+    if (crack->damage[k] <= 0) continue;
+    for (PetscInt c = 0; c < model->dim; c++) {
+      const PetscReal y = X[c * wide + j] - X[c * wide + i];
 
-      V[i] += lost * bond.h;
-      V[j] += lost * (bond.d - bond.h);
+      dot += bonds->arm[c * bonds->n + k] * y;
+      d2 += y * y;
     }
+    V[i] += ratio * crack->damage[k] * bonds->k[k] * dot; /* A h = k d h */
+    V[j] += ratio * crack->damage[k] * bonds->k[k] * (d2 - dot);
   }
 }
 
@@ -215,34 +219,37 @@ static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const Pe
 
 void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, PetscInt flags)
 {
-  const PetscInt   wide = model->blocks.widest;
+  DemCrackState   *crack = &model->crack;
+  const PetscInt   wide = model->blocks.widest, *live = crack->live + model->blocks.bond[block];
   const PetscReal *eps = copy + DEM_COPY_E * wide, lambda = model->lambda;
   const PetscBool  advance = (PetscBool)((flags & DEM_WITH_FAILURE) != 0);
   PetscReal       *F = copy + DEM_COPY_F * wide;
 
-  for (PetscInt k = model->blocks.bond[block]; k < model->blocks.bond[block + 1]; k++) {
+  for (PetscInt l = 0; l < crack->n_live[block]; l++) {
+    const PetscInt  k = live[l];
     const int       i = model->bonds.ip[k], j = model->bonds.iq[k];
-    PetscReal      *fp = F + 8 * i, *fq = F + 8 * j, t[3], sp[3], sq[3], stiff, g2;
+    const PetscReal old = crack->damage[k];
+    PetscReal      *fp = F + 8 * i, *fq = F + 8 * j, t[3], sp[3], sq[3];
     Bond            bond;
 
+    if (!advance && old <= 0) continue;
     BondState(model, wide, k, copy, &bond);
-    if (advance && !(model->crack.state[k] & DEM_BOND_KEPT) && model->crack.damage[k] < 1 && (model->crack.state[k] || model->crack.damage[k] > 0)) Damage(model, wide, k, copy, &bond, eps[i], eps[j]);
-    stiff = (1 - model->crack.damage[k]) * model->bonds.k[k];
-    g2    = 2 * model->g_shear * (model->bonds.weight ? model->bonds.weight[k] : 1);
-    for (PetscInt c = 0; c < 3; c++) {
-      const PetscReal ep = stiff * lambda * eps[i], eq = stiff * lambda * eps[j];
+    if (advance && old < 1) Damage(model, wide, k, copy, &bond, eps[i], eps[j]);
+    if (crack->damage[k] > old) { /* take off what the pass over all bonds gave too much */
+      const PetscReal off = -(crack->damage[k] - old) * model->bonds.k[k], g2 = 2 * model->g_shear, ep = off * lambda * eps[i], eq = off * lambda * eps[j];
 
-      t[c]  = stiff * g2 * bond.gap[c] + ep * bond.a[c] - eq * bond.b[c];
-      sp[c] = t[c] - ep * bond.gap[c];
-      sq[c] = t[c] - eq * bond.gap[c];
+      model->bonds.now[k] = (1 - crack->damage[k]) * model->bonds.k[k];
+      for (PetscInt c = 0; c < 3; c++) {
+        t[c]  = off * g2 * bond.gap[c] + ep * bond.a[c] - eq * bond.b[c];
+        sp[c] = t[c] - ep * bond.gap[c];
+        sq[c] = t[c] - eq * bond.gap[c];
+        fp[c] += t[c];
+        fq[c] -= t[c];
+      }
+      AddMoment(bond.a, sp, 1, fp);
+      AddMoment(bond.b, sq, -1, fq);
     }
-    for (PetscInt c = 0; c < 3; c++) {
-      fp[c] += t[c];
-      fq[c] -= t[c];
-    }
-    AddMoment(bond.a, sp, 1, fp);
-    AddMoment(bond.b, sq, -1, fq);
-    if (model->crack.damage[k] > 0 && ClosedForce(model, wide, k, copy, &bond, advance, t, NULL)) {
+    if (crack->damage[k] > 0 && ClosedForce(model, wide, k, copy, &bond, advance, t, NULL)) {
       PetscReal ap[3], aq[3]; /* both arms to the point half way across the gap: the couple on the pair is then exact */
 
       for (PetscInt c = 0; c < 3; c++) {
@@ -259,16 +266,17 @@ void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, Pe
 
 PetscReal DemCracksEnergy_Internal(DemModel model, PetscInt block, PetscReal *copy)
 {
-  const PetscInt wide = model->blocks.widest;
+  const PetscInt wide = model->blocks.widest, *live = model->crack.live + model->blocks.bond[block];
   PetscReal      sum = 0;
 
-  for (PetscInt k = model->blocks.bond[block]; k < model->blocks.bond[block + 1]; k++) {
-    PetscReal force[3], closed;
-    Bond      bond;
+  for (PetscInt l = 0; l < model->crack.n_live[block]; l++) {
+    const PetscInt k = live[l];
+    PetscReal      force[3], closed;
+    Bond           bond;
 
+    if (model->crack.damage[k] <= 0) continue;
     BondState(model, wide, k, copy, &bond);
-    sum += (1 - model->crack.damage[k]) * (model->bonds.weight ? model->bonds.weight[k] : 1) * model->g_shear * model->bonds.k[k] * Dot3(bond.gap, bond.gap);
-    if (model->crack.damage[k] > 0 && ClosedForce(model, wide, k, copy, &bond, PETSC_FALSE, force, &closed)) sum += closed;
+    if (ClosedForce(model, wide, k, copy, &bond, PETSC_FALSE, force, &closed)) sum += closed;
   }
   return sum;
 }
@@ -326,7 +334,7 @@ static void BlockStress(DemModel model, PetscInt b, PetscReal *sum)
   for (PetscInt i = 0; i < 6 * all; i++) sum[i] = 0;
   for (PetscInt k = blocks->bond[b]; k < blocks->bond[b + 1]; k++) {
     const PetscInt  p = bonds->p[k], q = bonds->q[k];
-    const PetscReal stiff = (1 - model->crack.damage[k]) * bonds->k[k], ep = model->lambda * model->dilation[p], eq = model->lambda * model->dilation[q];
+    const PetscReal stiff = bonds->now[k], ep = model->lambda * model->dilation[p], eq = model->lambda * model->dilation[q];
     PetscReal       ra[3] = {0}, rb[3] = {0}, ta[3], tb[3], t[3] = {0};
 
     for (PetscInt c = 0; c < model->dim; c++) {
@@ -378,7 +386,7 @@ static void BlockLook(DemModel model, PetscInt b)
   const DemBonds    *bonds = &model->bonds;
   const PetscInt     n = model->n;
   DemCrackState     *crack = &model->crack;
-  unsigned char      awake = 0;
+  PetscInt          *live = crack->live + model->blocks.bond[b], n_live = 0;
 
   for (PetscInt k = model->blocks.bond[b]; k < model->blocks.bond[b + 1]; k++) {
     const PetscInt  p = bonds->p[k], q = bonds->q[k];
@@ -387,7 +395,7 @@ static void BlockLook(DemModel model, PetscInt b)
 
     if (crack->state[k] & DEM_BOND_KEPT) continue;
     if (crack->damage[k] > 0) {
-      awake = 1;
+      live[n_live++] = k;
       continue;
     }
     for (PetscInt c = 0; c < 6; c++) {
@@ -401,7 +409,7 @@ static void BlockLook(DemModel model, PetscInt b)
     if (strength->shear > 0) most = PetscMax(most, norm / strength->shear);
     if (most < DEM_STRESS_WAKE) continue;
     crack->state[k] = DEM_BOND_WATCHED;
-    awake           = 1;
+    live[n_live++]  = k;
     (void)MajorDirection(model->dim, s, e);
     for (PetscInt c = 0; c < 3; c++) r[c] = c < model->dim ? model->x0[c * n + q] - model->x0[c * n + p] : 0;
     PetscReal turned[3];
@@ -423,7 +431,8 @@ static void BlockLook(DemModel model, PetscInt b)
       for (PetscInt c = 0; c < 3; c++) crack->e[3 * k + c] = e[c] + turned[c];
     }
   }
-  crack->awake[b] = awake;
+  crack->n_live[b] = n_live;
+  crack->awake[b]  = n_live > 0;
 }
 
 PetscErrorCode DemCracksLook_Internal(DemModel model)
@@ -470,6 +479,9 @@ PetscErrorCode DemSetUpCracks_Internal(DemModel model)
                  1e3 * (double)longest, 1e3 * (double)shear);
   PetscCall(PetscCalloc7(m, &crack->damage, 3 * m, &crack->e, 3 * m, &crack->slip, m, &crack->work, m, &crack->rub, m, &crack->time, m, &crack->release));
   PetscCall(PetscCalloc6(m, &crack->state, model->blocks.n_blocks, &crack->awake, 6 * n, &crack->stress, 6 * slots, &crack->slot_stress, slots, &crack->slot_v, n, &crack->volume));
+  PetscCall(PetscCalloc3(m, &model->bonds.now, m, &crack->live, model->blocks.n_blocks, &crack->n_live));
+  PetscCall(PetscArraycpy(model->bonds.now, model->bonds.k, m));
+  PetscCall(PetscArrayzero(crack->n_live, model->blocks.n_blocks));
   if (model->breakable)
     for (PetscInt k = 0; k < m; k++)
       if (!model->breakable[model->bonds.facet[k]]) crack->state[k] = DEM_BOND_KEPT;
@@ -483,6 +495,7 @@ PetscErrorCode DemCracksDestroy_Internal(DemModel model)
   PetscFunctionBegin;
   PetscCall(PetscFree7(crack->damage, crack->e, crack->slip, crack->work, crack->rub, crack->time, crack->release));
   PetscCall(PetscFree6(crack->state, crack->awake, crack->stress, crack->slot_stress, crack->slot_v, crack->volume));
+  if (crack->live) PetscCall(PetscFree3(model->bonds.now, crack->live, crack->n_live));
   PetscCall(PetscFree(crack->facet));
   for (PetscInt c = 0; c < 7; c++) PetscCall(PetscFree(crack->list[c]));
   PetscCall(PetscFree(crack->mode));

@@ -31,7 +31,7 @@ void DemBondForce_Internal(DemModel model, PetscInt e, PetscReal t[3])
   BondNow         now;
 
   BondState(model, e, &now);
-  for (PetscInt d = 0; d < 3; d++) t[d] = b->k[e] * (g2 * now.gap[d] + model->lambda * (model->dilation[b->p[e]] * now.a[d] - model->dilation[b->q[e]] * now.b[d]));
+  for (PetscInt d = 0; d < 3; d++) t[d] = b->now[e] * (g2 * now.gap[d] + model->lambda * (model->dilation[b->p[e]] * now.a[d] - model->dilation[b->q[e]] * now.b[d]));
 }
 
 /* Symmetric part of sum(vector (x) arm)/volume into Voigt xx yy zz xy yz zx. */

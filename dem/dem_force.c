@@ -56,7 +56,7 @@ static void BlockSum(DemModel model, PetscInt b, PetscReal *copy)
     for (PetscInt i = 0; i < all; i++) V[i] = 0;
   }
   if (Awake(model, b)) DemCracksSum_Internal(model, b, copy);
-  else if (model->dim == 3) DemBondsSum3_Internal(wide, blocks->bond[b], blocks->bond[b + 1], &model->bonds, copy);
+  if (model->dim == 3) DemBondsSum3_Internal(wide, blocks->bond[b], blocks->bond[b + 1], &model->bonds, copy);
   else DemBondsSum2_Internal(wide, blocks->bond[b], blocks->bond[b + 1], &model->bonds, copy);
   for (PetscInt i = 0; i < own; i++) {
     model->sum[first + i] = S[i];
@@ -96,9 +96,9 @@ static void BlockForce(DemModel model, PetscInt b, PetscReal *copy, PetscInt fla
   for (PetscInt i = 0; i < own; i++) E[i] = model->dilation[first + i];
   for (PetscInt i = own; i < all; i++) E[i] = model->dilation[ghost[i - own]];
   for (PetscInt i = 0; i < 8 * all; i++) F[i] = 0;
-  if (Awake(model, b)) DemCracksForce_Internal(model, b, copy, flags);
-  else if (model->dim == 3) DemBondsForce3_Internal(wide, blocks->bond[b], blocks->bond[b + 1], &model->bonds, 2 * model->g_shear, model->lambda, copy);
+  if (model->dim == 3) DemBondsForce3_Internal(wide, blocks->bond[b], blocks->bond[b + 1], &model->bonds, 2 * model->g_shear, model->lambda, copy);
   else DemBondsForce2_Internal(wide, blocks->bond[b], blocks->bond[b + 1], &model->bonds, 2 * model->g_shear, model->lambda, copy);
+  if (Awake(model, b)) DemCracksForce_Internal(model, b, copy, flags);
   for (PetscInt i = 0; i < own; i++) {
     const PetscInt p = first + i;
     PetscReal     *f = F + 8 * i;
@@ -193,9 +193,9 @@ PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy)
 
       BlockDilation(model, b);
       CopyState(model, b, copy);
-      if (Awake(model, b)) part = DemCracksEnergy_Internal(model, b, copy);
-      else if (model->dim == 3) part = DemBondsEnergy3_Internal(blocks->widest, blocks->bond[b], blocks->bond[b + 1], &model->bonds, model->g_shear, copy);
+      if (model->dim == 3) part = DemBondsEnergy3_Internal(blocks->widest, blocks->bond[b], blocks->bond[b + 1], &model->bonds, model->g_shear, copy);
       else part = DemBondsEnergy2_Internal(blocks->widest, blocks->bond[b], blocks->bond[b + 1], &model->bonds, model->g_shear, copy);
+      if (Awake(model, b)) part += DemCracksEnergy_Internal(model, b, copy);
       for (PetscInt p = blocks->first[b]; p < blocks->first[b + 1]; p++) part += 0.5 * model->lambda * model->sum[p] * model->dilation[p];
       model->block_sum[b] = part;
     }

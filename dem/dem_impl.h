@@ -52,6 +52,7 @@ typedef struct {
   PetscInt  *p, *q;      /* [n] internal particle numbers, p < q in block order */
   int       *ip, *iq;    /* [n] the same, within the block's copy */
   PetscReal *k;          /* [n] area / distance [m] */
+  PetscReal *now;        /* [n] (1 - D) k: k itself unless bonds can break */
   PetscReal *arm;        /* [3][n] facet centroid from particle p [m] */
   PetscReal *weight;     /* [n] of the pair energy, NULL = 1 everywhere (coupling) */
   PetscInt  *facet;      /* [n] facet of the cells */
@@ -108,6 +109,8 @@ typedef struct {
   PetscReal     *slot_v; /* [slots] condensed volume of damaged facets */
   PetscReal     *volume; /* [particles] condensed volume of damaged facets now.  Eq. (4.4) */
   PetscInt       steps;  /* since the last look */
+  PetscInt      *live;   /* [n] bonds of each block that are watched or damaged, from the block's first bond on */
+  PetscInt      *n_live; /* [blocks] */
   /* list for DemModelGetCracks */
   PetscInt       n_list;
   PetscInt      *facet;
@@ -219,13 +222,13 @@ PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy);
 
 PetscErrorCode DemKineticEnergy_Internal(DemModel model, PetscReal *kinetic, PetscReal *damping_due);
 
-/* dem_crack.c: the rule of a block whose bonds may be breaking */
+/* dem_crack.c: what the live bonds of a block add to the rule of all its bonds */
 PetscErrorCode DemSetUpCracks_Internal(DemModel model);
 PetscErrorCode DemCracksDestroy_Internal(DemModel model);
 PetscErrorCode DemCracksLook_Internal(DemModel model); /* stresses, opening directions, which blocks are awake */
 void      DemCracksSum_Internal(DemModel model, PetscInt block, PetscReal *copy);
 void      DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, PetscInt flags);
-PetscReal DemCracksEnergy_Internal(DemModel model, PetscInt block, PetscReal *copy);
+PetscReal DemCracksEnergy_Internal(DemModel model, PetscInt block, PetscReal *copy); /* of closed, broken parts */
 
 /* dem_tool.c: contact of surface particles with the tools, added to f and torque */
 PetscErrorCode DemToolsForce_Internal(DemModel model, PetscReal dt);

@@ -182,6 +182,7 @@ PetscErrorCode DemSetUpBonds_Internal(DemModel model)
     bonds->k[e]     = cells->area[k] / PetscSqrtReal(d);
     for (PetscInt c = 0; c < 3; c++) bonds->arm[c * m + e] = c < dim ? cells->at[3 * k + c] - model->x0[c * n + p] : 0;
   }
+  bonds->now = bonds->k;
   PetscCall(PetscFree(pair));
   if (model->weight_facet) {
     PetscCall(PetscMalloc1(m, &bonds->weight));

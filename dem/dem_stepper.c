@@ -233,7 +233,8 @@ static PetscErrorCode SaveCracks(DemModel model, Checkpoint c)
   PetscCall(CheckpointWriteReal(c, "dem/bond_release", m, crack->release));
   PetscCall(CheckpointWriteReal(c, "dem/crack_stress", 6 * model->n, crack->stress));
   PetscCall(SaveBytes(c, "dem/bond_state", m, crack->state));
-  PetscCall(SaveBytes(c, "dem/block_awake", model->blocks.n_blocks, crack->awake));
+  PetscCall(CheckpointWriteInt(c, "dem/block_live", model->blocks.n_blocks, crack->n_live));
+  PetscCall(CheckpointWriteInt(c, "dem/bond_live", m, crack->live));
   PetscCall(CheckpointWriteInt(c, "dem/stress_steps", 1, &crack->steps));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -253,7 +254,10 @@ static PetscErrorCode LoadCracks(DemModel model, Checkpoint c)
   PetscCall(CheckpointReadReal(c, "dem/bond_release", m, crack->release));
   PetscCall(CheckpointReadReal(c, "dem/crack_stress", 6 * model->n, crack->stress));
   PetscCall(LoadBytes(c, "dem/bond_state", m, crack->state));
-  PetscCall(LoadBytes(c, "dem/block_awake", model->blocks.n_blocks, crack->awake));
+  PetscCall(CheckpointReadInt(c, "dem/block_live", model->blocks.n_blocks, crack->n_live));
+  PetscCall(CheckpointReadInt(c, "dem/bond_live", m, crack->live));
+  for (PetscInt b = 0; b < model->blocks.n_blocks; b++) crack->awake[b] = crack->n_live[b] > 0;
+  for (PetscInt k = 0; k < m; k++) model->bonds.now[k] = (1 - crack->damage[k]) * model->bonds.k[k];
   PetscCall(CheckpointReadInt(c, "dem/stress_steps", 1, &crack->steps));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
