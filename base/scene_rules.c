@@ -359,8 +359,16 @@ PetscErrorCode SceneRules(Scene scene)
   PetscInt        i = 0;
 
   PetscFunctionBegin;
-  if (bodies && bodies->kind == NODE_MAP)
-    for (SceneNode body = bodies->first; body; body = body->next) PetscCall(CheckBody(scene, body));
+  if (bodies && bodies->kind == NODE_MAP) {
+    const SceneNode coupling = SceneNodeChild(scene->root, "coupling");
+    PetscBool       coupled = PETSC_FALSE;
+
+    for (SceneNode body = bodies->first; body; body = body->next) {
+      PetscCall(CheckBody(scene, body));
+      coupled = (PetscBool)(coupled || SceneNodeIs(SceneNodeChild(body, "method"), "coupled"));
+    }
+    if (coupling && !coupled) PetscCall(SceneFaultKey(scene, coupling, "coupling joins elements and particles, and no body has method: coupled; take it out"));
+  }
   if (conditions && conditions->kind == NODE_LIST)
     for (SceneNode condition = conditions->first; condition; condition = condition->next) PetscCall(CheckCondition(scene, condition, i++));
   PetscCall(CheckTools(scene, SceneNodeChild(root, "tools"), bodies));
