@@ -194,26 +194,35 @@ static PetscReal LongestEdge(const Pieces *p, const PetscInt *v)
   return PetscSqrtReal(longest);
 }
 
-/* Turn every piece the right way round (2D counter-clockwise, 3D positive); refuse the flat and the folded. */
-static PetscErrorCode PiecesOrient(const Mesh *mesh, Pieces *p)
+/* Turn every piece the right way round (2D counter-clockwise, 3D positive); refuse the flat and the folded. The
+   tetrahedra of one cell all turn the same way unless it is folded. volume [m2 or m3]: sum over the pieces. */
+static PetscErrorCode PiecesOrient(const Mesh *mesh, Pieces *p, PetscReal *volume)
 {
+  PetscReal before = 0;
+
   PetscFunctionBegin;
+  *volume = 0;
   for (PetscInt k = 0; k < p->n_pieces; k++) {
     PetscInt       *v = &p->node[4 * k];
-    const PetscReal len = LongestEdge(p, v), flat = 1e-9 * (p->dim == 2 ? len * len : len * len * len);
+    const PetscReal len = LongestEdge(p, v), flat = 1e-9 * (p->dim == 2 ? len * len : len * len * len), turn = Orient(p, v[0], v[1], v[2], v[3]);
     const PetscInt  id = mesh->cell_id ? mesh->cell_id[p->cell[k]] : p->cell[k];
+    const PetscBool same = k > 0 && p->cell[k] == p->cell[k - 1] ? PETSC_TRUE : PETSC_FALSE;
 
-    if (Orient(p, v[0], v[1], v[2], v[3]) < 0) {
+    BaseCheckInput(PetscAbsReal(turn) > flat && !(same && turn * before < 0), PETSC_COMM_SELF,
+                   "%s: cell %" PetscInt_FMT " is flat or folded; mesh the body again", mesh->source, id);
+    before = turn;
+    if (turn < 0) {
       const PetscInt last = p->dim == 2 && v[3] >= 0 ? 3 : 2, t = v[1];
 
       v[1] = v[last];
       v[last] = t;
     }
-    BaseCheckInput(Orient(p, v[0], v[1], v[2], v[3]) > flat, PETSC_COMM_SELF, "%s: cell %" PetscInt_FMT " is flat (or folded); mesh the body again",
-                   mesh->source, id);
-    if (p->dim == 2 && v[3] >= 0)
-      BaseCheckInput(Orient(p, v[1], v[2], v[3], 0) > flat && Orient(p, v[2], v[3], v[0], 0) > flat && Orient(p, v[3], v[0], v[1], 0) > flat, PETSC_COMM_SELF,
-                     "%s: cell %" PetscInt_FMT " is not convex; mesh the body again", mesh->source, id);
+    *volume += PetscAbsReal(turn) / (p->dim == 2 ? 2 : 6);
+    if (p->dim == 3 || v[3] < 0) continue;
+    BaseCheckInput(Orient(p, v[0], v[1], v[2], 0) > flat && Orient(p, v[1], v[2], v[3], 0) > flat && Orient(p, v[2], v[3], v[0], 0) > flat &&
+                       Orient(p, v[3], v[0], v[1], 0) > flat,
+                   PETSC_COMM_SELF, "%s: cell %" PetscInt_FMT " is not convex; mesh the body again", mesh->source, id);
+    *volume += 0.5 * Orient(p, v[2], v[3], v[0], 0);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -292,7 +301,7 @@ static PetscErrorCode NamedFacets(const Mesh *mesh, PetscInt *n, Facet **named)
       }
     }
   }
-  qsort(*named, *n, sizeof(**named), CompareFacets);
+  if (*n) qsort(*named, *n, sizeof(**named), CompareFacets);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -421,7 +430,7 @@ PetscErrorCode DemBodyCreateFromMesh(const Mesh *mesh, const char *group, PetscR
 {
   const MeshGroup *part = NULL;
   Pieces           pieces = {0};
-  PetscReal        size = 0;
+  PetscReal        size = 0, volume = 0;
   PetscErrorCode   code;
 
   PetscFunctionBegin;
@@ -441,7 +450,7 @@ PetscErrorCode DemBodyCreateFromMesh(const Mesh *mesh, const char *group, PetscR
                    (double)mesh->x[3 * k + 2]);
   body->thickness = mesh->dim == 2 ? thickness : 1;
   code = PiecesFromCells(mesh, part, &pieces);
-  if (!code) code = PiecesOrient(mesh, &pieces);
+  if (!code) code = PiecesOrient(mesh, &pieces, &volume);
   if (!code) code = PiecesToBody(mesh, &pieces, body);
   PetscCall(PetscFree(pieces.x));
   PetscCall(PetscFree(pieces.node));
@@ -451,5 +460,10 @@ PetscErrorCode DemBodyCreateFromMesh(const Mesh *mesh, const char *group, PetscR
   PetscCall(PetscFree(pieces.face_of_group));
   if (code) PetscCall(DemBodyDestroy(body));
   PetscCall(code);
+  volume *= body->thickness;
+  if (PetscAbsReal(DemBodyVolume(body) - volume) > 1e-9 * volume) {
+    PetscCall(DemBodyDestroy(body));
+    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_USER_INPUT, "%s: cells are repeated or do not fit together; mesh the body again", mesh->source);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

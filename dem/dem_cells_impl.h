@@ -13,8 +13,8 @@ PetscReal DemBallInCone(PetscInt n, const double *corner, const PetscReal normal
 /* Area of the disc within the triangle from the origin over a segment.  Eq. (3.9) */
 PetscReal DemDiscInTriangle(const double *corner, const PetscReal normal[3], PetscReal height, PetscReal R);
 
-/* Ids of a clip's facets: -1 .. -6 the cube, <= -10 plane k of the body, >= 0 a neighbour; at least HEIR_ID(0) the
-   neighbour of an heir in a part that it inherited. */
+/* Ids of a clip's facets: -1 .. -6 the cube, <= -10 plane k of the body, >= 0 a neighbour; at least HEIR_ID(0)
+   another share of an orphan. */
 #define PLANE_ID(k) (-10 - (k))
 #define HEIR_ID(q) ((q) + (1 << 30))
 
@@ -52,7 +52,8 @@ typedef struct {
 /* A part of p's cell that is not joined through the body to p's own: the far side of a notch. Coordinates of clip are
    relative to p, in units of h. */
 typedef struct {
-  PetscInt  p, piece, cluster;
+  PetscInt  p, piece;
+  PetscInt  first; /* share of it, then along Share.next; -1 ends */
   PetscReal h;
   DemClip   clip;
 } Orphan;
@@ -91,16 +92,26 @@ typedef struct {
   PetscBool apart; /* some parts are orphans */
 } Cell;
 
-/* A piece of an orphan that goes to particle `heir`. */
+/* A convex piece of an orphan and who gets it. Coordinates are the orphan's; facets towards other shares of the same
+   parent have the id HEIR_ID(share). */
+typedef enum { SHARE_PENDING, SHARE_GIVEN, SHARE_SPLIT, SHARE_EMPTY } ShareState;
+
 typedef struct {
-  PetscInt heir, orphan;
-  DemClip  clip; /* coordinates of the orphan */
+  PetscInt   orphan, parent, heir, next; /* parent: the share it was cut from, -1 the whole orphan */
+  PetscInt   root;                       /* group that it is joined with */
+  ShareState state;
+  DemClip    clip;
+} Share;
+
+typedef struct {
+  PetscInt heir, share;
 } Bequest;
 
-/* All orphans, sorted by p then piece, and who inherits them, sorted by heir. Empty for most bodies. */
+/* All orphans, sorted by p then piece; what was given, sorted by heir. Empty for most bodies. */
 typedef struct {
-  PetscInt   n_orphans, n_bequests, room_bequests;
+  PetscInt   n_orphans, n_shares, room_shares, n_bequests;
   Orphan    *orphan;
+  Share     *share;
   Bequest   *bequest;
   PetscBool *has; /* [particles] owns orphans */
 } Estate;
@@ -120,5 +131,8 @@ Trouble DemCellMake(const CellScene *scene, PetscInt p, Worker *w, Cell *cell);
 PetscErrorCode DemEstateCreate(const CellScene *scene, PetscInt n_workers, Worker *worker, Estate *estate); /* takes the workers' orphans */
 PetscErrorCode DemEstateDestroy(Estate *estate);
 PetscBool      DemEstateHas(const Estate *estate, PetscInt p, PetscInt piece); /* p's part in that piece is an orphan */
+/* A facet of share `a` towards share `b`: whose particle's bisector it lies on, and whether it parts two heirs now. */
+PetscInt  DemEstateCutter(const Estate *estate, PetscInt a, PetscInt b);
+PetscBool DemEstateParts(const Estate *estate, PetscInt a, PetscInt b);
 /* Bequests of an heir are bequest[first .. end). */
 void DemEstateFind(const Estate *estate, PetscInt heir, PetscInt *first, PetscInt *end);

@@ -141,8 +141,8 @@ static Trouble CutByPlanes(const DemBody *body, PetscInt first, PetscInt end, co
 }
 
 /* Sum the facets of one part into p's cell: volume, centroid, sphere, patches; join it with parts it opens to.
-   origin: particle the clip's coordinates are relative to - p itself, or the first owner of a part that p inherits
-   (part < 0). Patches towards orphans are left out: those parts are not their owner's any more. */
+   origin: particle the clip's coordinates are relative to - p itself, or the first owner of a part that p inherits;
+   then part is -1 - share. Patches towards orphans are left out: those parts are not their owner's any more. */
 static Trouble ReadPart(const CellScene *scene, PetscInt p, PetscInt origin, PetscReal h, PetscInt part, PetscInt in_piece, DemClip *clip, Worker *w,
                         Cell *cell)
 {
@@ -165,11 +165,11 @@ static Trouble ReadPart(const CellScene *scene, PetscInt p, PetscInt origin, Pet
   for (PetscInt f = 0; f < n; f++) {
     const double  *v = &corner[3 * start[f]];
     const int      m = start[f + 1] - start[f];
-    const PetscInt q = id[f] >= HEIR_ID(0) ? id[f] - HEIR_ID(0) : id[f]; /* the neighbour beyond, if q >= 0 */
+    const PetscInt q = id[f] >= HEIR_ID(0) ? scene->estate->share[id[f] - HEIR_ID(0)].heir : id[f]; /* the neighbour beyond, if q >= 0 */
     PetscReal      normal[3] = {0, 0, 0}, area = 0, mid[3] = {0, 0, 0}, height;
 
     if (q >= 0) {
-      const PetscInt from = id[f] >= HEIR_ID(0) ? p : origin;
+      const PetscInt from = id[f] >= HEIR_ID(0) ? DemEstateCutter(scene->estate, -1 - part, id[f] - HEIR_ID(0)) : origin;
       PetscReal      d = 0;
 
       for (PetscInt c = 0; c < 3; c++) {
@@ -209,6 +209,7 @@ static Trouble ReadPart(const CellScene *scene, PetscInt p, PetscInt origin, Pet
     } else if (q >= 0 || body->face[-10 - q] >= 0) {
       Patch *patch;
 
+      if (id[f] >= HEIR_ID(0) && !DemEstateParts(scene->estate, -1 - part, id[f] - HEIR_ID(0))) continue;
       if (q >= 0 && id[f] < HEIR_ID(0) && (part < 0 || (scene->estate && DemEstateHas(scene->estate, q, in_piece)))) continue;
       if (DemCellGrow(w->n_patches + 1, sizeof(Patch), &w->room_patches, &w->patch)) return NO_MEMORY;
       if (DemCellGrow(3 * (w->n_corners + m), sizeof(PetscReal), &w->room_corners, &w->corner)) return NO_MEMORY;
@@ -268,7 +269,6 @@ static Trouble KeepOrphans(const CellScene *scene, PetscInt p, PetscReal h, Work
     orphan->p = p;
     orphan->piece = piece;
     orphan->h = h;
-    orphan->cluster = -1;
     w->out.n_orphans++;
     if (DemClipCopy(&orphan->clip, &w->whole) || CutByPlanes(body, body->start[piece], body->start[piece + 1], NULL, x, h, &orphan->clip, &some))
       return NO_MEMORY;
@@ -378,10 +378,10 @@ Trouble DemCellMake(const CellScene *scene, PetscInt p, Worker *w, Cell *cell)
 
     DemEstateFind(scene->estate, p, &first, &end);
     for (PetscInt k = first; k < end; k++) {
-      Bequest      *b = &scene->estate->bequest[k];
-      const Orphan *o = &scene->estate->orphan[b->orphan];
+      Share        *share = &scene->estate->share[scene->estate->bequest[k].share];
+      const Orphan *o = &scene->estate->orphan[share->orphan];
 
-      if (ReadPart(scene, p, o->p, o->h, -1, o->piece, &b->clip, w, cell)) return NO_MEMORY;
+      if (ReadPart(scene, p, o->p, o->h, -1 - scene->estate->bequest[k].share, o->piece, &share->clip, w, cell)) return NO_MEMORY;
     }
   }
   if (!(cell->volume > 0)) return NO_CELL;

@@ -10,7 +10,7 @@ PetscReal DemPackRandom(PetscInt seed, PetscInt stream, PetscInt64 k);
    x [n][3]; seated [n]: sits in a sharp corner of the body and stays there. */
 PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt seed, PetscReal *x, PetscBool *seated);
 
-/* Minimise the gap functional over x [n][3] and r [n]; the mean radius stays `radius`, each r within 0.7 .. 1.3 of its
+/* Minimise the gap functional over x [n][3] and r [n]; the mean radius stays `radius`, each r within 0.8 .. 1.25 of its
    start; the outermost spheres end exactly against the walls.  Eqs (3.4)-(3.6)
    Errors: PETSC_ERR_USER_INPUT when the body is somewhere narrower than a sphere that must lie there */
 PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt iterations, const PetscBool *seated, PetscReal *x,

@@ -10,6 +10,7 @@
 #define SWEEPS 120      /* by default */
 #define REFRESH 6       /* sweeps between neighbour searches */
 #define OVERLAP_CAP 0.2 /* (r_i + r_j): more sweeps, up to MORE_SWEEPS, while a pair overlaps by more */
+#define FEW 2000        /* particles that are not worth waking threads for */
 #define MORE_SWEEPS 240
 #define SEAT_TOUCH 0.9 /* a sphere in a corner reaches this far for its walls */
 
@@ -61,7 +62,7 @@ PetscErrorCode DemPackNeighbours(PetscInt dim, PetscInt n, const PetscReal *x, c
   for (PetscInt p = 0; p < n; p++) item[cell_start[cell[p] + 1]++] = p;
   PetscCall(PetscCalloc1(n + 1, start));
   for (PetscInt pass = 0; pass < 2; pass++) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (n > FEW)
     for (PetscInt p = 0; p < n; p++) {
       PetscInt at[3], lo[3], hi[3], k = pass ? (*start)[p] : 0;
 
@@ -165,7 +166,7 @@ static PetscReal LargestOverlap(PetscInt n, const PetscInt *start, const PetscIn
 {
   PetscReal least = 0;
 
-#pragma omp parallel for schedule(static) reduction(min : least)
+#pragma omp parallel for schedule(static) if (n > FEW) reduction(min : least)
   for (PetscInt p = 0; p < n; p++)
     for (PetscInt k = start[p]; k < start[p + 1]; k++) {
       const PetscInt  q = nbr[k];
@@ -183,6 +184,7 @@ PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal r
   PetscReal     *y, *s, *v, *target;
   PetscInt      *start = NULL, *nbr = NULL;
   PetscBool     *outer;
+  PetscErrorCode code;
 
   PetscFunctionBegin;
   iterations = REFRESH * ((iterations > 0 ? iterations : SWEEPS) / REFRESH + 1);
@@ -201,14 +203,14 @@ PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal r
       PetscCall(PetscFree(nbr));
       PetscCall(DemPackNeighbours(dim, n, x, r, t.far + 0.1, &start, &nbr));
       if (sweep >= iterations && LargestOverlap(n, start, nbr, x, r) < OVERLAP_CAP) break;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (n > FEW)
       for (PetscInt p = 0; p < n; p++) {
         DemWall wall[DEM_MAX_WALLS];
 
         outer[p] = DemBodySearchWalls(search, &x[3 * p], PetscMin(search->reach, (1.3 + t.wall_far) * r[p]), wall) > 0 ? PETSC_TRUE : PETSC_FALSE;
       }
     }
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (n > FEW)
     for (PetscInt p = 0; p < n; p++) {
       PetscReal F[3] = {0, 0, 0}, W = 0, G = 0, longest = 0;
 
@@ -241,11 +243,11 @@ PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal r
       }
       for (PetscInt c = 0; c < 3; c++) y[3 * p + c] = x[3 * p + c] + v[3 * p + c] * PetscMin(1, 0.3 * r[p] / PetscMax(longest, 1e-300));
       s[p] = r[p] * (1 + t.grow * G / PetscMax(W, 1)) + t.hold * t.grow * (target[p] - r[p]);
-      s[p] = PetscMin(1.3 * target[p], PetscMax(0.7 * target[p], s[p]));
+      s[p] = PetscMin(1.25 * target[p], PetscMax(0.8 * target[p], s[p]));
     }
     for (PetscInt p = 0; p < n; p++) sum += s[p];
     for (PetscInt p = 0; p < n; p++) s[p] *= radius * n / sum;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (n > FEW)
     for (PetscInt p = 0; p < n; p++) {
       r[p] = s[p];
       if (outer[p] && (rigid || seated[p])) {
@@ -264,7 +266,7 @@ PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal r
       }
     }
   }
-  PetscCall(CheckWalls(search, n, target, x, r));
+  code = CheckWalls(search, n, target, x, r);
   PetscCall(PetscFree(start));
   PetscCall(PetscFree(nbr));
   PetscCall(PetscFree(y));
@@ -272,5 +274,6 @@ PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal r
   PetscCall(PetscFree(v));
   PetscCall(PetscFree(target));
   PetscCall(PetscFree(outer));
+  PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
