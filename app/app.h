@@ -67,7 +67,7 @@ typedef struct {
   const char *name;  /* in the scene's bodies; borrowed from the scene */
   const char *group, *material;
   PetscReal   density, young, poisson; /* SI */
-  PetscReal   local_damping;
+  PetscReal   local_damping, mass_damping; /* [-], [1/s] */
   PetscBool   cohesive;
   DemStrength strength; /* of a cohesive material */
 } AppPart;

@@ -64,6 +64,7 @@ static PetscErrorCode BuildFem(AppCase *c, PetscInt threads)
   }
   PetscCall(InitialVelocity(c, velocity, path));
   AppCallAt(c->scene, path, FemModelSetInitialVelocity(c->fem, velocity));
+  PetscCall(FemModelSetDamping(c->fem, c->part[0].mass_damping));
   PetscCall(AppConditionsApply(c));
   AppCallAt(c->scene, "bodies", FemModelSetUp(c->fem));
   PetscCall(FemModelGetStepper(c->fem, &c->stepper));
@@ -182,6 +183,7 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
   AppCallAt(c->scene, path, FemModelAddMaterial(c->fem, "", &elements));
   PetscCall(FemModelSetInitialVelocity(c->fem, velocity));
   PetscCall(FemModelSetLocalDamping(c->fem, part->local_damping));
+  PetscCall(FemModelSetDamping(c->fem, part->mass_damping));
   PetscCall(DemModelCreate(c->comm, &c->dem));
   c->made_dem++;
   PetscCall(DemModelSetKind(c->dem, c->dim == 3 ? DEM_SOLID : c->plane_stress ? DEM_PLANE_STRESS : DEM_PLANE_STRAIN));

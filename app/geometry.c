@@ -91,6 +91,15 @@ static PetscErrorCode ReadMaterial(AppCase *c, AppPart *part)
     Path(path, "materials.%s.local_damping", part->material);
     PetscCall(SceneFail(c->scene, path, "local damping belongs to particles; the body '%s' is made of finite elements", part->name));
   }
+  PetscCall(GetReal(c->scene, &part->mass_damping, "materials.%s.mass_damping", part->material));
+  Path(path, "materials.%s.mass_damping", part->material);
+  if (c->method == APP_DEM && part->mass_damping > 0) {
+    PetscCall(SceneFail(c->scene, path, "mass damping is a drag on finite elements; the body '%s' is made of particles alone, give its material local_damping instead", part->name));
+  }
+  if (c->is_static && part->mass_damping > 0) PetscCall(SceneFail(c->scene, path, "mass damping needs velocities; a static run has none"));
+  if (part->mass_damping != c->part[0].mass_damping) {
+    PetscCall(SceneFail(c->scene, path, "mass damping is one number for all finite elements for now; '%s' and '%s' give two", c->part[0].material, part->material));
+  }
   PetscCall(ReadStrength(c, part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

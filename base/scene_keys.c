@@ -52,6 +52,7 @@ static const SceneKey keys[] = {
   {"materials.*.softening.bilinear.knee_stress",  SCENE_REAL, "-",    NULL,        "(0, 1)",     NULL, "4.22", "traction at the knee / tensile strength", SCENE_REQUIRED},
   {"materials.*.softening.bilinear.knee_opening", SCENE_REAL, "-",    NULL,        POSITIVE,     NULL, "4.22", "opening at the knee / (fracture energy / tensile strength)", SCENE_REQUIRED},
   {"materials.*.local_damping",                SCENE_REAL,   "-",     "0",         "[0, 1)",     NULL, "5.3",   "non-viscous damping of particles: fraction of the unbalanced force", 0},
+  {"materials.*.mass_damping",                 SCENE_REAL,   "1/s",   "0 1/s",     NOT_NEGATIVE, NULL, "2.17",  "drag of finite elements, explicit: force / (mass x velocity)", 0},
 
   {"bodies",                                   SCENE_NAMES,  "",      NULL,        NULL,         NULL, "-",   "bodies by name", SCENE_REQUIRED},
   {"bodies.*",                                 SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "a body", 0},

@@ -145,6 +145,7 @@ def test_broken(folder):
         (FEM, "xmax, traction: {y: -1 MPa}", "xmin, velocity: {x: 1 mm/s}", 16, "prescribed"),
         (FEM, "method: fem", "method: coupled", 10, "a coupled body needs a geometry file"),
         (FEM, "  steel: {", "  steel: {law: cohesive, ", 7, "law: cohesive needs tensile_strength"),
+        (DEM, "local_damping: 0.1", "mass_damping: 10 1/s", 4, "particles alone"),
         (DEM, "zmin, fix: z", "zmin, fix: [x, z]", 12, "zmin"),
         (DEM, "radius: 4 mm", "radius: 4 kg", 10, "4 kg"),
         (DEM, "spread: 0.2", "spread: 2", 10, "spread"),
