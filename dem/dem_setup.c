@@ -167,7 +167,7 @@ PetscErrorCode DemSetUpBonds_Internal(DemModel model)
     pair[k].q     = PetscMax(p, q);
     pair[k].facet = k;
   }
-  qsort(pair, m, sizeof(*pair), ComparePairs);
+  if (m > 1) qsort(pair, m, sizeof(*pair), ComparePairs);
 
   bonds->n = m;
   PetscCall(PetscMalloc7(m, &bonds->p, m, &bonds->q, m, &bonds->ip, m, &bonds->iq, m, &bonds->k, 3 * m, &bonds->arm, m, &bonds->facet));
