@@ -35,9 +35,10 @@ void AppVersionPrint(FILE *out)
   fprintf(out, "PETSc %d.%d.%d, gmsh %s, HDF5 %u.%u.%u\n", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR, GMSH_API_VERSION, major, minor, release);
 }
 
-/* Calls back for every PETSc class of which something was made; stages added up. */
+/* Calls back for every PETSc class of which something was made; stages added up. PETSc 3.20 closed these tables: nothing is counted there. */
 static PetscErrorCode EachClass(PetscErrorCode (*call)(const char *name, int made, void *ctx), void *ctx)
 {
+#if PETSC_VERSION_LT(3, 20, 0)
   PetscStageLog log;
 
   PetscFunctionBegin;
@@ -51,6 +52,9 @@ static PetscErrorCode EachClass(PetscErrorCode (*call)(const char *name, int mad
     if (made && strcmp(log->classLog->classInfo[k].name, "Viewer")) PetscCall(call(log->classLog->classInfo[k].name, made, ctx));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+#else
+  return PETSC_SUCCESS;
+#endif
 }
 
 static PetscErrorCode ClassJson(const char *name, int made, void *json)
