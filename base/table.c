@@ -6,7 +6,7 @@ PetscErrorCode TableCreate(PetscInt n, const PetscReal t[], const PetscReal v[],
   PetscFunctionBegin;
   PetscCheck(n > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "A table needs at least one point");
   for (PetscInt k = 1; k < n; k++)
-    BaseCheckInput(t[k] > t[k - 1], PETSC_COMM_SELF, "Table times must increase: %g s follows %g s", (double)t[k], (double)t[k - 1]);
+    BaseCheckInput(t[k] > t[k - 1], PETSC_COMM_SELF, "Table times must increase: %.6g s follows %.6g s", (double)t[k], (double)t[k - 1]);
   table->n = n;
   PetscCall(PetscMalloc2(n, &table->t, n, &table->v));
   PetscCall(PetscArraycpy(table->t, t, n));

@@ -34,9 +34,9 @@ PetscErrorCode DemModelSetThreads(DemModel model, PetscInt threads)
 PetscErrorCode DemModelSetMaterial(DemModel model, const DemMaterial *material)
 {
   PetscFunctionBegin;
-  BaseCheckInput(material->density > 0, model->comm, "Density %g kg/m3 must be positive", (double)material->density);
-  BaseCheckInput(material->young > 0, model->comm, "Young's modulus %g Pa must be positive", (double)material->young);
-  BaseCheckInput(material->poisson > -1 && material->poisson < 0.5, model->comm, "Poisson's ratio %g must lie between -1 and 0.5", (double)material->poisson);
+  BaseCheckInput(material->density > 0, model->comm, "Density %.6g kg/m3 must be positive", (double)material->density);
+  BaseCheckInput(material->young > 0, model->comm, "Young's modulus %.6g Pa must be positive", (double)material->young);
+  BaseCheckInput(material->poisson > -1 && material->poisson < 0.5, model->comm, "Poisson's ratio %.6g must lie between -1 and 0.5", (double)material->poisson);
   model->material = *material;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -45,10 +45,10 @@ PetscErrorCode DemModelSetStrength(DemModel model, const DemStrength *s)
 {
   PetscFunctionBegin;
   BaseCheckInput(s->tensile >= 0 && s->shear >= 0 && (s->tensile > 0 || s->shear > 0), model->comm, "A cohesive material needs a positive tensile_strength or shear_strength");
-  BaseCheckInput(s->tensile == 0 || s->fracture_energy > 0, model->comm, "Fracture energy %g J/m2 must be positive beside a tensile strength", (double)s->fracture_energy);
-  BaseCheckInput(s->shear == 0 || s->shear_energy > 0, model->comm, "Shear fracture energy %g J/m2 must be positive beside a shear strength", (double)s->shear_energy);
+  BaseCheckInput(s->tensile == 0 || s->fracture_energy > 0, model->comm, "Fracture energy %.6g J/m2 must be positive beside a tensile strength", (double)s->fracture_energy);
+  BaseCheckInput(s->shear == 0 || s->shear_energy > 0, model->comm, "Shear fracture energy %.6g J/m2 must be positive beside a shear strength", (double)s->shear_energy);
   BaseCheckInput(s->softening != DEM_SOFTENING_BILINEAR || (s->knee_stress > 0 && s->knee_stress < 1 && s->knee_opening > 0 && s->knee_opening < 2), model->comm,
-                 "Bilinear softening: knee_stress %g must lie in (0, 1) and knee_opening %g in (0, 2)", (double)s->knee_stress, (double)s->knee_opening);
+                 "Bilinear softening: knee_stress %.6g must lie in (0, 1) and knee_opening %.6g in (0, 2)", (double)s->knee_stress, (double)s->knee_opening);
   BaseCheckInput(s->mu_static >= 0 && s->mu_dynamic >= 0, model->comm, "Friction coefficients cannot be negative");
   model->strength = *s;
   model->cohesive = PETSC_TRUE;
@@ -246,7 +246,7 @@ PetscErrorCode DemModelSetInitialVelocity(DemModel model, const PetscReal veloci
 PetscErrorCode DemModelSetLocalDamping(DemModel model, PetscReal alpha)
 {
   PetscFunctionBegin;
-  BaseCheckInput(alpha >= 0 && alpha < 1, model->comm, "Local damping %g must lie in [0, 1)", (double)alpha);
+  BaseCheckInput(alpha >= 0 && alpha < 1, model->comm, "Local damping %.6g must lie in [0, 1)", (double)alpha);
   model->alpha = alpha;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -260,7 +260,7 @@ PetscErrorCode DemModelAddPlane(DemModel model, const char *name, const DemPlane
   for (PetscInt d = 0; d < 3; d++) length += PetscSqr(plane->normal[d]);
   length = PetscSqrtReal(length);
   BaseCheckInput(length > 0, model->comm, "Tool '%s': the normal of a plane cannot be zero", name);
-  BaseCheckInput(plane->friction >= 0, model->comm, "Tool '%s': friction %g cannot be negative", name, (double)plane->friction);
+  BaseCheckInput(plane->friction >= 0, model->comm, "Tool '%s': friction %.6g cannot be negative", name, (double)plane->friction);
   PetscCall(PetscCalloc1(model->n_tools + 1, &grown));
   PetscCall(PetscArraycpy(grown, model->tool, model->n_tools));
   PetscCall(PetscFree(model->tool));
