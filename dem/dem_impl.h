@@ -102,7 +102,7 @@ typedef struct {
   PetscReal     *release; /* [n] energy release Y = -dE/dD a step ago [J] */
   PetscReal     *rub;    /* [n] friction [J] */
   PetscReal     *time;   /* [n] of first damage [s] */
-  unsigned char *state;  /* [n] bit 0 watched, 1 tension broke it, 2 shear broke it, 7 may not break */
+  unsigned char *state;  /* [n] bit 0 watched, 1 tension broke it, 2 shear broke it, 3 much traction, 7 may not break */
   unsigned char *awake;  /* [blocks] some bond is watched or damaged */
   PetscReal     *stress; /* [n particles][6] stress x volume, when last looked at */
   PetscReal     *slot_stress; /* [slots][6] */
@@ -118,7 +118,7 @@ typedef struct {
   unsigned char *mode;
 } DemCrackState;
 
-enum { DEM_BOND_WATCHED = 1, DEM_BOND_TENSION = 2, DEM_BOND_SHEAR = 4, DEM_BOND_KEPT = 128 };
+enum { DEM_BOND_WATCHED = 1, DEM_BOND_TENSION = 2, DEM_BOND_SHEAR = 4, DEM_BOND_LOADED = 8, DEM_BOND_KEPT = 128 };
 
 struct _p_DemModel {
   MPI_Comm  comm;
