@@ -172,7 +172,7 @@ static PetscErrorCode BodyFromPolygon(PetscInt dim, PetscInt n, const PetscReal 
 static PetscErrorCode CheckThickness(PetscInt dim, PetscReal thickness)
 {
   PetscFunctionBegin;
-  BaseCheckInput(dim == 3 || (thickness > 0 && !PetscIsInfOrNanReal(thickness)), PETSC_COMM_SELF, "A 2D body needs a thickness above 0, not %g m",
+  BaseCheckInput(dim == 3 || (thickness > 0 && !PetscIsInfOrNanReal(thickness)), PETSC_COMM_SELF, "A 2D body needs a thickness above 0, not %.6g m",
                  (double)thickness);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -187,7 +187,7 @@ PetscErrorCode DemBodyCreateBox(PetscInt dim, const PetscReal low[3], const Pets
   PetscCheck(dim == 2 || dim == 3, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "A body has 2 or 3 dimensions, not %" PetscInt_FMT, dim);
   PetscCall(CheckThickness(dim, thickness));
   for (PetscInt c = 0; c < dim; c++)
-    BaseCheckInput(high[c] > low[c] && !PetscIsInfOrNanReal(high[c] - low[c]), PETSC_COMM_SELF, "The box has no extent along %c: from %g to %g m", "xyz"[c],
+    BaseCheckInput(high[c] > low[c] && !PetscIsInfOrNanReal(high[c] - low[c]), PETSC_COMM_SELF, "The box has no extent along %c: from %.6g to %.6g m", "xyz"[c],
                    (double)low[c], (double)high[c]);
   {
     const PetscReal xy[8] = {low[0], low[1], high[0], low[1], high[0], high[1], low[0], high[1]};
@@ -205,7 +205,7 @@ static PetscErrorCode RegularPolygon(const PetscReal centre[2], PetscReal radius
   PetscReal outer;
 
   PetscFunctionBegin;
-  BaseCheckInput(radius > 0 && !PetscIsInfOrNanReal(radius), PETSC_COMM_SELF, "The radius of a cylinder or disc is above 0, not %g m", (double)radius);
+  BaseCheckInput(radius > 0 && !PetscIsInfOrNanReal(radius), PETSC_COMM_SELF, "The radius of a cylinder or disc is above 0, not %.6g m", (double)radius);
   BaseCheckInput(sides >= 3, PETSC_COMM_SELF, "A cylinder or disc needs at least 3 sides, not %" PetscInt_FMT, sides);
   outer = radius * PetscSqrtReal(PETSC_PI / (0.5 * sides * PetscSinReal(2 * PETSC_PI / sides)));
   PetscCall(PetscMalloc1(2 * sides, xy));
@@ -226,7 +226,7 @@ PetscErrorCode DemBodyCreateCylinder(const PetscReal centre[3], PetscReal radius
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(body, sizeof(*body)));
-  BaseCheckInput(height > 0 && !PetscIsInfOrNanReal(height), PETSC_COMM_SELF, "The height of a cylinder is above 0, not %g m", (double)height);
+  BaseCheckInput(height > 0 && !PetscIsInfOrNanReal(height), PETSC_COMM_SELF, "The height of a cylinder is above 0, not %.6g m", (double)height);
   PetscCall(RegularPolygon(centre, radius, sides, &xy, &face));
   for (PetscInt i = 0; i < sides; i++) face[i] = 2;
   PetscCall(BodyFromPolygon(3, sides, xy, face, centre[2], centre[2] + height, ends, 3, body));

@@ -436,7 +436,7 @@ PetscErrorCode DemBodyCreateFromMesh(const Mesh *mesh, const char *group, PetscR
   PetscFunctionBegin;
   PetscCall(PetscMemzero(body, sizeof(*body)));
   BaseCheckInput(mesh->dim == 2 || mesh->dim == 3, PETSC_COMM_SELF, "%s: a body of particles needs cells of 2 or 3 dimensions", mesh->source);
-  BaseCheckInput(mesh->dim == 3 || (thickness > 0 && !PetscIsInfOrNanReal(thickness)), PETSC_COMM_SELF, "A 2D body needs a thickness above 0, not %g m",
+  BaseCheckInput(mesh->dim == 3 || (thickness > 0 && !PetscIsInfOrNanReal(thickness)), PETSC_COMM_SELF, "A 2D body needs a thickness above 0, not %.6g m",
                  (double)thickness);
   if (group && group[0]) {
     for (PetscInt g = 0; g < mesh->n_groups; g++)
@@ -446,7 +446,7 @@ PetscErrorCode DemBodyCreateFromMesh(const Mesh *mesh, const char *group, PetscR
   for (PetscInt k = 0; k < 3 * mesh->n_nodes; k++) size = PetscMax(size, PetscAbsReal(mesh->x[k]));
   for (PetscInt k = 0; mesh->dim == 2 && k < mesh->n_nodes; k++)
     BaseCheckInput(PetscAbsReal(mesh->x[3 * k + 2]) <= 1e-9 * size, PETSC_COMM_SELF,
-                   "%s: node %" PetscInt_FMT " lies at z = %g m; a 2D body lies in the plane z = 0", mesh->source, mesh->id ? mesh->id[k] : k,
+                   "%s: node %" PetscInt_FMT " lies at z = %.6g m; a 2D body lies in the plane z = 0", mesh->source, mesh->id ? mesh->id[k] : k,
                    (double)mesh->x[3 * k + 2]);
   body->thickness = mesh->dim == 2 ? thickness : 1;
   code = PiecesFromCells(mesh, part, &pieces);

@@ -209,11 +209,11 @@ static PetscErrorCode MakeCells(const CellScene *scene, PetscInt n_workers, Work
     const PetscReal *x = &packing->x[3 * bad];
 
     PetscCheck(kind != NO_MEMORY, PETSC_COMM_SELF, PETSC_ERR_MEM, "No memory for the cells of %" PetscInt_FMT " particles", n);
-    BaseCheckInput(kind != SAME_CENTRE, PETSC_COMM_SELF, "Particles %" PetscInt_FMT " and %" PetscInt_FMT " have the same centre (%g, %g, %g) m; remove one",
+    BaseCheckInput(kind != SAME_CENTRE, PETSC_COMM_SELF, "Particles %" PetscInt_FMT " and %" PetscInt_FMT " have the same centre (%.6g, %.6g, %.6g) m; remove one",
                    bad, bad_other, (double)x[0], (double)x[1], (double)x[2]);
     BaseCheckInput(kind != NO_CELL, PETSC_COMM_SELF,
                    "Particle %" PetscInt_FMT
-                   " at (%g, %g, %g) m with radius %g m has no cell: it lies outside the body or hidden by larger neighbours; remove it or change its radius",
+                   " at (%.6g, %.6g, %.6g) m with radius %.6g m has no cell: it lies outside the body or hidden by larger neighbours; remove it or change its radius",
                    bad, (double)x[0], (double)x[1], (double)x[2], (double)packing->r[bad]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -300,12 +300,12 @@ static PetscErrorCode CheckMirrors(PetscInt n_workers, const Worker *worker, con
         seen[lo] = PETSC_TRUE;
       }
       PetscCheck(PetscAbsReal(area - m->area) <= tiny, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-                 "Particles %" PetscInt_FMT " and %" PetscInt_FMT " see their facet as %g and %g m2: the diagram is broken", m->p, m->q, (double)area,
+                 "Particles %" PetscInt_FMT " and %" PetscInt_FMT " see their facet as %.6g and %.6g m2: the diagram is broken", m->p, m->q, (double)area,
                  (double)m->area);
     }
   for (PetscInt k = 0; k < cells->n_facets; k++)
     PetscCheck(seen[k] || cells->area[k] <= tiny, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-               "Particle %" PetscInt_FMT " does not see its facet of %g m2 with %" PetscInt_FMT, cells->q[k], (double)cells->area[k], cells->p[k]);
+               "Particle %" PetscInt_FMT " does not see its facet of %.6g m2 with %" PetscInt_FMT, cells->q[k], (double)cells->area[k], cells->p[k]);
   PetscCall(PetscFree(first));
   PetscCall(PetscFree(seen));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -319,7 +319,7 @@ static PetscErrorCode CheckInput(const DemPacking *packing)
     const PetscReal *x = &packing->x[3 * p], r = packing->r[p];
 
     BaseCheckInput(r > 0 && !PetscIsInfOrNanReal(r + x[0] + x[1] + x[2]), PETSC_COMM_SELF,
-                   "Particle %" PetscInt_FMT " at (%g, %g, %g) m with radius %g m: centres are finite and radii above 0", p, (double)x[0], (double)x[1],
+                   "Particle %" PetscInt_FMT " at (%.6g, %.6g, %.6g) m with radius %.6g m: centres are finite and radii above 0", p, (double)x[0], (double)x[1],
                    (double)x[2], (double)r);
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -387,7 +387,7 @@ static PetscErrorCode ShareOut(const CellScene *scene, Estate *estate)
     const PetscReal *x = &scene->packing->x[3 * estate->orphan[estate->share[stuck].orphan].p];
 
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_USER_INPUT,
-            "The notch is narrower than the particles beside it allow: a part of the body that the cell of the particle at (%g, %g, %g) m reaches across the "
+            "The notch is narrower than the particles beside it allow: a part of the body that the cell of the particle at (%.6g, %.6g, %.6g) m reaches across the "
             "notch has no particle of "
             "its own; use smaller particles",
             (double)x[0], (double)x[1], (double)x[2]);

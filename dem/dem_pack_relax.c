@@ -155,7 +155,7 @@ static PetscErrorCode CheckWalls(const DemBodySearch *search, PetscInt n, const 
 
     if (!DemBodySearchWalls(search, &x[3 * p], r[p], wall) || wall[0].distance > r[p] * (1 - 1e-9)) continue;
     BaseCheckInput(wall[0].distance >= 0.5 * target[p], PETSC_COMM_SELF,
-                   "The body is narrower at (%g, %g, %g) m than a particle of radius %g m that must lie there; ask for smaller particles", (double)x[3 * p],
+                   "The body is narrower at (%.6g, %.6g, %.6g) m than a particle of radius %.6g m that must lie there; ask for smaller particles", (double)x[3 * p],
                    (double)x[3 * p + 1], (double)x[3 * p + 2], (double)r[p]);
     r[p] = wall[0].distance;
   }

@@ -311,7 +311,7 @@ PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal r
       spacing *= PetscMin(1.25, PetscMax(0.8, PetscPowReal(m / (n * 1.001 + 0.3), 1. / dim)));
     }
   }
-  BaseCheckInput(best_try >= 0, PETSC_COMM_SELF, "No room for %" PetscInt_FMT " particles of radius %g m in this body; ask for smaller ones", n,
+  BaseCheckInput(best_try >= 0, PETSC_COMM_SELF, "No room for %" PetscInt_FMT " particles of radius %.6g m in this body; ask for smaller ones", n,
                  (double)radius);
   PetscCall(PetscMalloc1(3 * best, &all));
   LatticeMake(body, best_spacing, seed, best_try, &lattice);

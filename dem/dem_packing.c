@@ -25,9 +25,9 @@ PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *op
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(packing, sizeof(*packing)));
-  BaseCheckInput(spread >= 0 && spread <= 0.6, PETSC_COMM_SELF, "The spread of radii is %g; between 0 and 0.6 (spread)", (double)spread);
+  BaseCheckInput(spread >= 0 && spread <= 0.6, PETSC_COMM_SELF, "The spread of radii is %.6g; between 0 and 0.6 (spread)", (double)spread);
   BaseCheckInput((radius > 0) != (options->count > 0) && !PetscIsInfOrNanReal(radius), PETSC_COMM_SELF,
-                 "A packing is given by its mean radius or by its count, one of them above 0 (radius %g m, count %" PetscInt_FMT ")", (double)radius,
+                 "A packing is given by its mean radius or by its count, one of them above 0 (radius %.6g m, count %" PetscInt_FMT ")", (double)radius,
                  options->count);
   for (PetscInt k = 0; k < body->n_simplices; k++) {
     const PetscReal *s = &body->simplex[3 * dim * k];
@@ -48,9 +48,9 @@ PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *op
   } else {
     const PetscReal want = filling * PetscMax(0.3 * volume, volume - WALL_LOSS * radius * surface) / (one * PetscPowReal(radius, dim));
 
-    BaseCheckInput(want >= 0.5, PETSC_COMM_SELF, "Particles of radius %g m do not fit into a body of %g m%c; ask for smaller ones", (double)radius,
+    BaseCheckInput(want >= 0.5, PETSC_COMM_SELF, "Particles of radius %.6g m do not fit into a body of %.6g m%c; ask for smaller ones", (double)radius,
                    (double)volume, dim == 2 ? '2' : '3');
-    BaseCheckInput(want < 1e8, PETSC_COMM_SELF, "Particles of radius %g m would be %g in number; ask for larger ones", (double)radius, (double)want);
+    BaseCheckInput(want < 1e8, PETSC_COMM_SELF, "Particles of radius %.6g m would be %.6g in number; ask for larger ones", (double)radius, (double)want);
     n = (PetscInt)PetscMax(1, want + 0.5);
   }
   packing->n = n;
@@ -72,7 +72,7 @@ PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *op
   if (PetscAbsReal(sum / n - radius) > 0.02 * radius) {
     PetscCall(DemPackingDestroy(packing));
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_USER_INPUT,
-            "The body is narrower than particles of radius %g m: they shrink to %g m between its walls; ask for smaller ones", (double)radius,
+            "The body is narrower than particles of radius %.6g m: they shrink to %.6g m between its walls; ask for smaller ones", (double)radius,
             (double)(sum / n));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
