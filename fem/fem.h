@@ -50,6 +50,8 @@ PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const ch
 
 /* For a coupling, before set-up: share of each element's stiffness and mass, > 0, in the mesh's order of top-dimension cells. */
 PetscErrorCode FemModelSetCellWeights(FemModel model, const PetscReal weight[]);
+/* mass [kg] each node has beyond its elements' (less where negative), in the mesh's order; one rank. */
+PetscErrorCode FemModelSetExtraMass(FemModel model, const PetscReal mass[]);
 
 PetscErrorCode FemModelSetUp(FemModel model);
 

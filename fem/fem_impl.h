@@ -87,6 +87,7 @@ struct _p_FemModel {
   PetscInt   n_cells, n_cells_own;  /* kept elements; owned ones carry own[] = 1 */
   PetscInt  *gid;                   /* [n_loc] global node number */
   PetscInt  *cell_gid, *own;        /* [n_cells] */
+  PetscReal *extra_mass;            /* [n_own] [kg] beyond the elements', NULL = none; one rank */
   PetscReal *cell_weight;           /* [N_cells] share of each element, global order; NULL = 1 */
   PetscInt  *cell_start, *cell_node; /* [n_cells + 1], local nodes */
   PetscInt  *cell_type, *cell_material; /* [n_cells] MeshCellType; index into region, -1 = none yet */

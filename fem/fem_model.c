@@ -324,6 +324,16 @@ PetscErrorCode FemModelSetCellWeights(FemModel model, const PetscReal weight[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode FemModelSetExtraMass(FemModel model, const PetscReal mass[])
+{
+  PetscFunctionBegin;
+  PetscCheck(model && model->has_mesh && !model->ready, PETSC_COMM_SELF, PETSC_ERR_ORDER, "Extra mass is given between FemModelSetMesh() and FemModelSetUp()");
+  PetscCall(PetscFree(model->extra_mass));
+  PetscCall(PetscMalloc1(model->n_own, &model->extra_mass));
+  PetscCall(PetscArraycpy(model->extra_mass, mass, model->n_own));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FemModelGetState(FemModel model, FemState *state)
 {
   PetscFunctionBegin;
@@ -380,6 +390,7 @@ PetscErrorCode FemModelDestroy(FemModel *model)
   PetscCall(PetscFree(m->fixed));
   PetscCall(PetscFree(m->fixed_dof));
   PetscCall(PetscFree(m->cell_weight));
+  PetscCall(PetscFree(m->extra_mass));
   PetscCall(PetscFree(m->mass));
   PetscCall(PetscFree(m->load_value));
   PetscCall(PetscFree5(m->u, m->v, m->f_int, m->f_app, m->f_ext));

@@ -173,6 +173,7 @@ PetscErrorCode FemSetUpMass(FemModel model)
     }
     for (PetscInt q = 0; q < shape->points && model->own[c]; q++) model->scale += 0.5 * material->young * w[q];
   }
+  for (PetscInt i = 0; i < model->n_own && model->extra_mass; i++) model->mass[i] += model->extra_mass[i];
   PetscCall(FemSum(model, 1, &model->scale));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
