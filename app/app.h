@@ -168,6 +168,7 @@ typedef struct {
   char        warning[8][512];
 } AppEnd;
 PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary *run, const AppEnd *end, const char *directory);
+PetscErrorCode AppCracksWrite(AppCase *c, const char *directory); /* cracks.csv, where the material can break */
 PetscErrorCode AppVersionsJson(Json *json);
 void           AppVersionPrint(FILE *out);
 

@@ -209,6 +209,10 @@ static PetscErrorCode Plots(AppCase *c, const char *directory, AppEnd *end)
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AppClockBegin(&c->clock, "plots"));
   PetscCall(PlotWords(c, &n, word));
+  if (n > 0 && n < APP_PLOTS) { /* with the plots asked for, a picture of every block of the last frame */
+    PetscCall(PetscMalloc1(BASE_LINE, &word[n]));
+    PetscCall(PetscStrncpy(word[n++], "{\"kind\": \"last\"}", BASE_LINE));
+  }
   PetscCall(AppPython("base/plot.py", directory, n, (const char *const *)word, &ran));
   for (PetscInt k = 0; k < n; k++) PetscCall(PetscFree(word[k]));
   if (!ran) PetscCall(PetscStrncpy(end->warning[end->n_warnings++], "plots are missing: see the messages of base/plot.py", sizeof(end->warning[0])));
@@ -272,6 +276,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
     PetscCall(PetscStrncpy(end.message, BaseErrorMessage(), sizeof(end.message)));
   } else end.state = EndWord(options, &run, &end.exit_code);
   if (options->resume) PetscCall(SceneWriteResolved(c.scene, path));
+  PetscCall(AppCracksWrite(&c, directory));
   if (!options->no_plots) PetscCall(Plots(&c, directory, &end));
   PetscCall(AppSummaryWrite(&c, &plan, &run, &end, directory));
   if (!options->quiet && !c.rank) printf("%s: results in %s\n", end.state, directory);

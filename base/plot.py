@@ -271,7 +271,7 @@ def plot_field(directory, spec, out):
             norm = matplotlib.colors.Normalize(low, high if high > low else low + max(abs(low), 1) * 1e-9)
         margin = 0
         polygons = surface(start, node, kinds)
-        lines = [(node[start[c]:start[c] + 2], c) for c in np.nonzero((kinds == 3) | (kinds == 21))[0]]
+        lines = [(node[start[c]:start[c + 1] if kinds[c] == 4 else start[c] + 2], c) for c in np.nonzero((kinds == 3) | (kinds == 4) | (kinds == 21))[0]]
         if polygons:
             a, e = np.radians(view)
             towards = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
@@ -313,6 +313,12 @@ def defaults(directory):
         specs.append({"kind": "history", "out": "energy.png", "x": "time", "y": energies, "ylabel": "energy [J]"})
         own = [n for n in names if n not in energies and not n.startswith(("time[", "step[", "ledger_error["))]
         specs += [{"kind": "history", "out": "history_" + re.sub(r"[^A-Za-z0-9.]+", "_", n).strip("_") + ".png", "x": "time", "y": n} for n in own]
+    return specs + last_frame(directory)
+
+
+def last_frame(directory):
+    """A picture of every block of the last frame, by what tells most."""
+    specs = []
     if os.path.exists(os.path.join(directory, "fields.h5")):
         with h5py.File(os.path.join(directory, "fields.h5"), "r") as fields:
             numbers = sorted(fields["frames"], key=int)
@@ -320,7 +326,7 @@ def defaults(directory):
             for name in frame:
                 if len(frame[name]["points"]):
                     arrays = [a for place in ("point_data", "cell_data") if place in frame[name] for a in frame[name][place]]
-                    best = [a for a in ("damage", "stress", "displacement") if a in arrays] + arrays
+                    best = [a for a in ("broken", "damage", "stress", "displacement") if a in arrays] + arrays
                     specs.append({"kind": "field", "out": f"last_{name}.png", "block": name, **({"array": best[0]} if best else {})})
     return specs
 
@@ -343,6 +349,7 @@ def main():
     directory, failed = sys.argv[1], 0
     try:
         specs = read_specs(sys.argv[2:]) or defaults(directory)
+        specs = [one for spec in specs for one in (last_frame(directory) if isinstance(spec, dict) and spec.get("kind") == "last" else [spec])]
     except (ValueError, OSError, Trouble) as error:
         print(f"plot.py: {error}", file=sys.stderr)
         return 1

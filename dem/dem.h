@@ -103,4 +103,5 @@ PetscErrorCode DemModelAdvance(DemModel model, PetscReal t, PetscReal dt);
 PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt);
 
 PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks);
+PetscErrorCode DemModelGetFacet(DemModel model, PetscInt facet, PetscReal at[3], PetscReal normal[3], PetscReal *area); /* at rest: centroid [m], unit normal, [m2] */
 PetscErrorCode DemModelDestroy(DemModel *model);

@@ -121,6 +121,23 @@ void DemDamage_Internal(DemModel model, PetscReal *damage)
   }
 }
 
+PetscErrorCode DemModelGetFacet(DemModel model, PetscInt facet, PetscReal at[3], PetscReal normal[3], PetscReal *area)
+{
+  const DemCells *cells = &model->cells;
+  PetscReal       d = 0;
+
+  PetscFunctionBegin;
+  PetscCheck(facet >= 0 && facet < cells->n_facets, model->comm, PETSC_ERR_ARG_OUTOFRANGE, "Facet %" PetscInt_FMT " of %" PetscInt_FMT, facet, cells->n_facets);
+  for (PetscInt c = 0; c < 3; c++) {
+    at[c]     = cells->at[3 * facet + c];
+    normal[c] = model->packing.x[3 * cells->q[facet] + c] - model->packing.x[3 * cells->p[facet] + c];
+    d += normal[c] * normal[c];
+  }
+  for (PetscInt c = 0; c < 3; c++) normal[c] /= PetscSqrtReal(d);
+  *area = cells->area[facet];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Facets as polygons (2D: lines) at rest, with what DemModelGetCracks says of them. */
 PetscErrorCode DemWriteCracks_Internal(DemModel model, Output output)
 {
