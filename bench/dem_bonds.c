@@ -1,0 +1,158 @@
+/*
+  dem_bonds.c - seconds per bond and step of bonded particles, intact and with every bond watched by the cohesive law.
+
+  bench/dem_bonds [-particles 14000,100000] [-steps 5] [-repeats 40] [-check 0.8]
+  Rows of a CSV on the screen: dimension, law, threads, particles, bonds, ns per bond-step, ns per particle-step, time over that of
+  one thread. Best of the repeats: a busy machine makes a run slower, never faster. With -check f it fails unless two threads take
+  less than f of the time of one, for the last size in 3D.
+
+  Particles stand on a jittered lattice and move at random, slowly; "watched" strains them to half the strength, so that every bond
+  is looked at and none breaks.
+*/
+#include "dem.h"
+#include <petsctime.h>
+
+static PetscReal Random(uint64_t *state)
+{
+  uint64_t z = (*state += 0x9e3779b97f4a7c15ULL);
+
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  z ^= z >> 31;
+  return (PetscReal)(z >> 11) / 9007199254740992.0;
+}
+
+typedef struct {
+  DemBody    body;
+  DemPacking packing;
+  DemCells   cells;
+} Bench;
+
+/* About n cells of unit size, jittered by a third of it. */
+static PetscErrorCode BenchCreate(PetscInt dim, PetscInt n, Bench *b)
+{
+  const PetscInt  side = (PetscInt)(PetscPowReal(n, 1.0 / dim) + 0.5);
+  const PetscReal low[3] = {0}, high[3] = {side, side, dim == 3 ? side : 1};
+  uint64_t        seed = 5;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(b, sizeof(*b)));
+  PetscCall(DemBodyCreateBox(dim, low, high, 1, &b->body));
+  b->packing.n = dim == 3 ? side * side * side : side * side;
+  PetscCall(PetscCalloc1(3 * b->packing.n, &b->packing.x));
+  PetscCall(PetscMalloc1(b->packing.n, &b->packing.r));
+  for (PetscInt k = 0; k < b->packing.n; k++) {
+    const PetscInt at[3] = {k % side, k / side % side, k / (side * side)};
+
+    for (PetscInt d = 0; d < dim; d++) b->packing.x[3 * k + d] = at[d] + 0.5 + 0.33 * (2 * Random(&seed) - 1);
+    b->packing.r[k] = 0.4;
+  }
+  PetscCall(DemCellsCreate(&b->body, &b->packing, &b->cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ModelCreate(const Bench *b, PetscBool watched, PetscInt threads, DemModel *out, PetscReal *dt)
+{
+  const DemMaterial material = {.density = 1, .young = 1, .poisson = 0.2};
+  const DemStrength strength = {.tensile = 1e-6, .fracture_energy = 1e-9, .softening = DEM_SOFTENING_LINEAR, .shear = 2e-6, .shear_energy = 1e-9, .mu_static = 0.5, .mu_dynamic = 0.5};
+  uint64_t          seed = 9;
+  DemModel          model;
+  DemState          s;
+
+  PetscFunctionBeginUser;
+  PetscCall(DemModelCreate(PETSC_COMM_SELF, &model));
+  PetscCall(DemModelSetKind(model, b->body.dim == 3 ? DEM_SOLID : DEM_PLANE_STRESS));
+  PetscCall(DemModelSetMaterial(model, &material));
+  PetscCall(DemModelSetBody(model, &b->body, &b->packing, &b->cells));
+  if (watched) PetscCall(DemModelSetStrength(model, &strength));
+  PetscCall(DemModelSetThreads(model, threads));
+  PetscCall(DemModelSetUp(model));
+  PetscCall(DemModelGetStableStep(model, dt));
+  PetscCall(DemModelGetState(model, &s));
+  for (PetscInt p = 0; p < s.n; p++)
+    for (PetscInt d = 0; d < s.dim; d++) {
+      s.u[d * s.n + p] = 0.5e-6 * (d == 0 ? s.x0[p] : 0);
+      s.v[d * s.n + p] = 1e-12 * (2 * Random(&seed) - 1);
+    }
+  PetscCall(DemModelRestoreState(model, &s));
+  PetscCall(DemModelComputeForces(model));
+  *out = model;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Best time of a step with one and with two threads [s]: repeats turn by turn, so that both see the same machine. */
+static PetscErrorCode Time(const Bench *b, PetscBool watched, PetscInt steps, PetscInt repeats, PetscReal best[2], PetscInt *bonds)
+{
+  PetscReal dt[2];
+  DemModel  model[2];
+  DemCracks cracks;
+  Stepper   stepper;
+
+  PetscFunctionBeginUser;
+  for (PetscInt t = 0; t < 2; t++) {
+    PetscCall(ModelCreate(b, watched, t + 1, &model[t], &dt[t]));
+    best[t] = PETSC_MAX_REAL;
+  }
+  for (PetscInt r = -1; r < repeats; r++) /* one to warm up */
+    for (PetscInt t = 0; t < 2; t++) {
+      PetscLogDouble begin, end;
+
+      PetscCall(DemModelGetStepper(model[t], &stepper));
+      PetscCall(PetscTime(&begin));
+      for (PetscInt k = 0; k < steps; k++) PetscCall(stepper.step(model[t], 0, 1e-6 * dt[t])); /* strained, and as good as at rest */
+      PetscCall(PetscTime(&end));
+      if (r >= 0) best[t] = PetscMin(best[t], (end - begin) / steps);
+    }
+  for (PetscInt t = 0; t < 2; t++) {
+    PetscCall(DemModelGetCracks(model[t], &cracks));
+    PetscCheck(cracks.n == 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%d bonds broke in the benchmark", (int)cracks.n);
+    PetscCall(DemModelGetCounts(model[t], NULL, bonds, NULL));
+    PetscCall(DemModelDestroy(&model[t]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(void)
+{
+  PetscInt  sizes[8] = {14000, 100000}, n_sizes = 8, steps = 5, repeats = 40;
+  PetscReal check = 0, ratio = 0;
+  PetscBool given;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsGetIntArray(NULL, NULL, "-particles", sizes, &n_sizes, &given));
+  if (!given) n_sizes = 2;
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-steps", &steps, NULL));
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-repeats", &repeats, NULL));
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-check", &check, NULL));
+  PetscCall(PetscPrintf(PETSC_COMM_SELF, "dimension[-],law,threads[-],particles[-],bonds[-],bond_step[ns],particle_step[ns],of_one_thread[-]\n"));
+  for (PetscInt dim = check > 0 ? 3 : 2; dim <= 3; dim++)
+    for (PetscInt i = 0; i < n_sizes; i++) {
+      Bench b;
+
+      PetscCall(BenchCreate(dim, sizes[i], &b));
+      for (int watched = 0; watched < (check > 0 ? 1 : 2); watched++) {
+        PetscReal best[2] = {0, 0};
+        PetscInt  bonds   = 0;
+
+        PetscCall(Time(&b, watched ? PETSC_TRUE : PETSC_FALSE, steps, repeats, best, &bonds));
+        ratio = best[1] / best[0];
+        for (int t = 0; t < 2; t++)
+          PetscCall(PetscPrintf(PETSC_COMM_SELF, "%d,%s,%d,%d,%d,%.2f,%.1f,%.3f\n", (int)dim, watched ? "watched" : "intact", t + 1, (int)b.packing.n, (int)bonds, (double)(1e9 * best[t] / bonds),
+                                (double)(1e9 * best[t] / b.packing.n), (double)(best[t] / best[0])));
+      }
+      PetscCall(DemCellsDestroy(&b.cells));
+      PetscCall(DemPackingDestroy(&b.packing));
+      PetscCall(DemBodyDestroy(&b.body));
+    }
+  if (check > 0) PetscCheck(ratio < check, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Two threads take %.3f of one thread's time, not below %.3f", (double)ratio, (double)check);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscErrorCode ierr;
+
+  if (BaseInitialize(&argc, &argv)) return 1;
+  ierr = Run();
+  return BaseFinalize() || ierr ? 1 : 0;
+}
