@@ -199,6 +199,7 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
   c->made_couplings++;
   PetscCall(SceneGetReal(c->scene, "coupling.floor", &options.floor));
   PetscCall(SceneGetString(c->scene, "coupling.weights", &word));
+  PetscCall(SceneGetInt(c->scene, "coupling.substeps", &options.substeps)); /* auto: 0 */
   options.smooth = strcmp(word, "smoothstep") ? PETSC_FALSE : PETSC_TRUE;
   AppCallAt(c->scene, "coupling", CouplingModelSetSplit(c->coupling, &c->split, &options));
   AppCallAt(c->scene, "coupling", CouplingModelSetSides(c->coupling, c->fem, c->dem, &c->packing, &c->cells, &elements, kind, c->thickness));

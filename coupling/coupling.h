@@ -29,6 +29,7 @@ typedef struct {
   PetscReal floor;  /* least weight of either side, default 0.05 */
   PetscBool smooth; /* smoothstep instead of linear */
   PetscBool affine; /* the affine correction; PETSC_FALSE only to compare */
+  PetscInt  substeps; /* particle steps in one step of the elements outside, default 1; 0 = the most that is stable, up to 10 */
 } CouplingOptions;
 
 PetscErrorCode CouplingModelCreate(MPI_Comm comm, CouplingModel *model);
@@ -39,12 +40,13 @@ PetscErrorCode CouplingModelSetSplit(CouplingModel model, const CouplingSplit *s
 PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel dem, const DemPacking *packing, const DemCells *cells, const FemMaterial *material, FemKind kind, PetscReal thickness);
 
 PetscErrorCode CouplingModelSetUp(CouplingModel model); /* sets both sides up too */
-PetscErrorCode CouplingModelGetCriticalStep(CouplingModel model, PetscReal *dt); /* sqrt(3)/omega_0 of the sides.  Eq. (6.9) */
+PetscErrorCode CouplingModelGetCriticalStep(CouplingModel model, PetscReal *dt); /* the Stepper's: substeps x sqrt(3)/omega_0 of the sides.  Eq. (6.9) */
 PetscErrorCode CouplingModelGetStepper(CouplingModel model, Stepper *stepper);
 
 typedef struct {
   PetscInt  particles, bonds, cells, nodes; /* in the overlap */
   PetscReal residual_before, residual;      /* worst node's force in a uniform strain / (stress x facet area), before and after the fit.  Eq. (6.8) */
+  PetscInt  substeps;                       /* in use */
   PetscReal least_weight;                   /* smallest fitted share of an element's stiffness */
 } CouplingReport;
 

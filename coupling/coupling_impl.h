@@ -29,7 +29,7 @@ struct _p_CouplingModel {
   FemModel             fem;
   DemModel             dem;
   PetscInt             dim, ns; /* ns: 3 or 6 strain components */
-  PetscReal            thickness, lambda, mu;
+  PetscReal            thickness, lambda, mu, speed; /* of pressure waves [m/s] */
   PetscBool            ready;
 
   PetscInt  n_top;     /* top cells of the element mesh */
@@ -50,7 +50,9 @@ struct _p_CouplingModel {
   PetscReal *X;             /* [n_overlap][FEM_MAX_POINTS][36] its constitutive matrices [Pa] */
   PetscReal *g;             /* [nodes*dim] forces on the nodes [N] */
 
-  PetscReal      dt;        /* step that P belongs to, 0 = none yet */
+  PetscInt       substeps;  /* particle steps in one step of the outer elements; the Stepper's step is the latter */
+  PetscReal      limit;     /* largest step of the particles [s] */
+  PetscReal      dt;        /* particles' step, which P belongs to; 0 = none yet */
   CouplingReport report;
 
   Stepper    fem_stepper, dem_stepper;
@@ -68,6 +70,11 @@ PetscErrorCode CouplingFit_Internal(CouplingModel model);
 /* coupling_force.c */
 PetscErrorCode CouplingForces_Internal(CouplingModel model);
 PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, PetscReal *strain);
+
+/* coupling_stepper.c */
+PetscErrorCode CouplingRimForces_Internal(CouplingModel model); /* adds the rim's to model->g */
+/* coupling_substep.c */
+PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model);
 
 static inline const Mesh *CouplingMesh(CouplingModel model)
 {

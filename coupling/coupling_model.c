@@ -10,7 +10,7 @@ PetscErrorCode CouplingModelCreate(MPI_Comm comm, CouplingModel *model)
   BaseCheckInput(ranks == 1, comm, "A coupled body runs on one rank for now, not %d; give it threads instead: cleave run SCENE --threads N", (int)ranks);
   PetscCall(PetscNew(model));
   (*model)->comm    = comm;
-  (*model)->options = (CouplingOptions){.floor = 0.05, .smooth = PETSC_FALSE, .affine = PETSC_TRUE};
+  (*model)->options = (CouplingOptions){.floor = 0.05, .smooth = PETSC_FALSE, .affine = PETSC_TRUE, .substeps = 1};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -207,6 +207,7 @@ PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel
   model->mu        = material->young / (2 * (1 + material->poisson));
   model->lambda    = material->young * material->poisson / ((1 + material->poisson) * (1 - 2 * material->poisson));
   if (kind == FEM_PLANE_STRESS) model->lambda = 2 * model->lambda * model->mu / (model->lambda + 2 * model->mu);
+  model->speed = PetscSqrtReal((model->lambda + 2 * model->mu) / material->density);
   PetscCall(ElementShares(model));
 
   PetscCall(PetscMalloc5(n, &wm, n, &wp, n, &row, cells->n_facets, &wf, cells->n_facets, &breakable));
@@ -308,6 +309,8 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
   for (PetscInt i = 0; i < fs.n_nodes; i++) model->report.nodes += model->split->s[i] < 1;
   PetscCall(FemModelRestoreState(model->fem, &fs));
   PetscCall(DemModelRestoreState(model->dem, &ds));
+  PetscCall(CouplingChooseSubsteps_Internal(model));
+  model->report.substeps = model->substeps;
   model->ready = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,27 +1,39 @@
 /* coupling_stepper.c - both sides in step, as the run loop sees them.  Eq. (6.9) */
 #include "coupling_impl.h"
 
+PetscErrorCode CouplingRimForces_Internal(CouplingModel model)
+{
+  const PetscInt dim = model->dim;
+  DemRim         rim;
+
+  PetscFunctionBegin;
+  PetscCall(DemModelGetRim(model->dem, &rim));
+  for (PetscInt k = 0; k < rim.n; k++)
+    for (PetscInt a = 0; a < model->rim[k].n; a++)
+      for (PetscInt d = 0; d < dim; d++) model->g[model->rim[k].node[a] * dim + d] += model->rim[k].N[a] * rim.force[3 * k + d];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Forces on the nodes, the rim's included, handed to the element model for its next level. */
 static PetscErrorCode GiveNodes(CouplingModel model)
 {
   const PetscInt dim = model->dim;
   FemState       fs;
-  DemRim         rim;
 
   PetscFunctionBegin;
+  PetscCall(CouplingRimForces_Internal(model));
   PetscCall(FemModelGetState(model->fem, &fs));
-  PetscCall(DemModelGetRim(model->dem, &rim));
-  for (PetscInt k = 0; k < rim.n; k++)
-    for (PetscInt a = 0; a < model->rim[k].n; a++)
-      for (PetscInt d = 0; d < dim; d++) model->g[model->rim[k].node[a] * dim + d] += model->rim[k].N[a] * rim.force[3 * k + d];
   PetscCall(PetscArraycpy(fs.f_ext, model->g, fs.n_nodes * dim));
   PetscCall(FemModelRestoreState(model->fem, &fs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal dt)
+/* One step of the outer elements: m of the particles, the overlap and what steps with it.  Eq. (6.10) */
+static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal macro)
 {
-  CouplingModel model = ctx;
+  CouplingModel   model = ctx;
+  const PetscInt  m     = model->substeps;
+  const PetscReal dt    = macro / m;
 
   PetscFunctionBegin;
   if (model->dt != dt) { /* the springs belong to the step: P = c / dt^2 */
@@ -30,11 +42,14 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal dt)
     PetscCall(DemModelComputeForces(model->dem));
     PetscCall(GiveNodes(model));
   }
-  PetscCall(model->fem_stepper.step(model->fem, t, dt));
-  PetscCall(DemModelAdvance(model->dem, t, dt));
-  PetscCall(CouplingForces_Internal(model));
-  PetscCall(DemModelEvaluate(model->dem, dt));
-  PetscCall(GiveNodes(model));
+  for (PetscInt k = 0; k < m; k++) {
+    if (m == 1) PetscCall(model->fem_stepper.step(model->fem, t, dt));
+    else PetscCall(FemModelSubStep(model->fem, t + k * dt, dt, k));
+    PetscCall(DemModelAdvance(model->dem, t + k * dt, dt));
+    PetscCall(CouplingForces_Internal(model));
+    PetscCall(DemModelEvaluate(model->dem, dt));
+    PetscCall(GiveNodes(model));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,13 +137,9 @@ static PetscErrorCode Unbalanced(void *ctx, PetscReal *ratio)
 
 PetscErrorCode CouplingModelGetCriticalStep(CouplingModel model, PetscReal *dt)
 {
-  PetscReal fem, dem;
-
   PetscFunctionBegin;
   PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetUp() before asking for the step");
-  PetscCall(FemModelGetCriticalStep(model->fem, &fem));
-  PetscCall(DemModelGetCriticalStep(model->dem, &dem));
-  *dt = 0.5 * PetscSqrtReal(3) * PetscMin(fem, dem);
+  *dt = model->substeps * model->limit;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -68,6 +68,19 @@ typedef struct {
   PetscInt   longest;
 } FemRows;
 
+/* Elements that go in m steps while the rest take one, and their nodes.  fem_substep.c */
+typedef struct {
+  PetscInt   m;             /* 0 = none */
+  PetscInt   n, *node;      /* [n] inner nodes, ascending */
+  PetscInt  *place;         /* [n_own] index into node, -1 = outer */
+  PetscInt  *edge;          /* [n] 1: outer elements touch it too */
+  PetscInt  *start, *col;   /* block rows of the inner elements: [n + 1]; local nodes */
+  PetscReal *value;
+  PetscReal *fast, *slow;   /* [n][dim] K u of inner elements, of the others, at the present displacement [N] */
+  PetscReal *net, *correction, *work;
+  PetscReal  kinetic;       /* [J] of the present level */
+} FemInner;
+
 typedef enum { FEM_ROWS, FEM_ELEMENTS } FemOperator;
 
 struct _p_FemModel {
@@ -117,7 +130,8 @@ struct _p_FemModel {
   PetscInt    n_fixed_own;
   PetscInt   *fixed_dof; /* [n_fixed_own] owned dofs, ascending */
   PetscReal  *mass;      /* [n_own] [kg] */
-  FemRows     rows;
+  FemRows     rows;      /* of the outer elements only while inner.m > 1 */
+  FemInner    inner;
   PetscReal   bound, critical, scale; /* [s], [s] 0 = not yet computed, [J] */
   PetscReal  *cell_dN, *cell_w, *cell_f; /* element operator: gradients, weights, forces */
   PetscInt   *cell_point, *cell_at;      /* [n_cells] first point, first entry of dN; */
@@ -166,6 +180,7 @@ PetscReal      FemFixPosition(const FemFix *fix, PetscReal t);
 PetscReal      FemFixVelocity(const FemFix *fix, PetscReal t);
 /* fem_operator.c */
 PetscErrorCode FemRowsCreate(FemModel model);
+PetscErrorCode FemRowsFill(FemModel model, const PetscBool *flag, PetscBool take, PetscReal *value); /* of cells whose flag is take; flag NULL: all */
 PetscErrorCode FemRowsDestroy(FemModel model);
 PetscErrorCode FemElementsCreate(FemModel model);
 PetscErrorCode FemElementsDestroy(FemModel model);
@@ -182,5 +197,9 @@ PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt);
 PetscErrorCode FemExplicitSetUp(FemModel model);
 PetscErrorCode FemExplicitStep(void *ctx, PetscReal t, PetscReal dt);
 PetscErrorCode FemExplicitLevel(FemModel model, PetscReal dt);
+/* fem_substep.c */
+PetscErrorCode FemForces(FemModel model); /* f_int of u, inner and outer */
+PetscErrorCode FemInnerLevel(FemModel model, PetscReal H);
+PetscErrorCode FemInnerDestroy(FemModel model);
 /* fem_stepper.c */
 PetscErrorCode FemSetUpStepper(FemModel model);

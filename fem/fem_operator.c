@@ -96,18 +96,29 @@ static PetscInt FindColumn(const FemModel model, PetscInt i, PetscInt j)
 
 PetscErrorCode FemRowsCreate(FemModel model)
 {
-  const PetscInt dim  = model->dim;
-  FemRows       *rows = &model->rows;
-  PetscReal      dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], K[FEM_MAX_DOFS * FEM_MAX_DOFS];
+  FemRows *rows = &model->rows;
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(FEM_Assemble, 0, 0, 0, 0));
   PetscCall(BuildPattern(model));
-  PetscCall(PetscCalloc1((size_t)rows->start[model->n_own] * dim * dim, &rows->value));
+  PetscCall(PetscMalloc1((size_t)rows->start[model->n_own] * model->dim * model->dim, &rows->value));
+  PetscCall(FemRowsFill(model, NULL, PETSC_TRUE, rows->value));
+  PetscCall(PetscLogEventEnd(FEM_Assemble, 0, 0, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemRowsFill(FemModel model, const PetscBool *flag, PetscBool take, PetscReal *all)
+{
+  const PetscInt dim = model->dim;
+  PetscReal      dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], K[FEM_MAX_DOFS * FEM_MAX_DOFS];
+
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(all, (size_t)model->rows.start[model->n_own] * dim * dim));
   for (PetscInt c = 0; c < model->n_cells; c++) {
     const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[c]);
     const PetscInt *node = &model->cell_node[model->cell_start[c]], n = shape->nodes * dim;
 
+    if (flag && flag[model->cell_gid[c]] != take) continue;
     FemCellGeometry(model, c, dN, w);
     FemStiffness(shape, &model->law[model->cell_material[c]], dN, w, K);
     for (PetscInt a = 0; a < shape->nodes; a++) {
@@ -115,14 +126,13 @@ PetscErrorCode FemRowsCreate(FemModel model)
 
       if (i >= model->n_own) continue;
       for (PetscInt b = 0; b < shape->nodes; b++) {
-        PetscReal *value = &rows->value[(size_t)FindColumn(model, i, node[b]) * dim * dim];
+        PetscReal *value = &all[(size_t)FindColumn(model, i, node[b]) * dim * dim];
 
         for (PetscInt p = 0; p < dim; p++)
           for (PetscInt q = 0; q < dim; q++) value[p * dim + q] += K[(a * dim + p) * n + b * dim + q];
       }
     }
   }
-  PetscCall(PetscLogEventEnd(FEM_Assemble, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -21,7 +21,8 @@ static PetscErrorCode StepperStep(void *ctx, PetscReal t, PetscReal dt)
 static PetscErrorCode Close(FemModel model)
 {
   PetscFunctionBegin;
-  if (model->method == FEM_EXPLICIT) PetscCall(FemExplicitLevel(model, model->dt_last));
+  if (model->inner.m > 1) PetscCall(FemInnerLevel(model, model->dt_last));
+  else if (model->method == FEM_EXPLICIT) PetscCall(FemExplicitLevel(model, model->dt_last));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -42,7 +43,8 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
   PetscCall(Close(model));
   sum[1] = 0.5 * FemDot(model, model->u, model->f_int);
   if (model->method == FEM_EXPLICIT) {
-    for (PetscInt k = 0; k < n; k++) sum[0] += 0.5 * model->mass[k / model->dim] * model->v[k] * (model->started ? model->v_next[k] : model->v[k]);
+    if (model->inner.m > 1) sum[0] = model->inner.kinetic;
+    else for (PetscInt k = 0; k < n; k++) sum[0] += 0.5 * model->mass[k / model->dim] * model->v[k] * (model->started ? model->v_next[k] : model->v[k]);
     sum[2] = model->started ? model->level_sum[0] : 0;
     sum[3] = model->started ? model->level_sum[2] : 0;
   }
@@ -240,7 +242,7 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint checkpoint)
   model->initial     = state[6];
   model->level_known = PETSC_FALSE;
   PetscCall(FemGhosts(model, model->u));
-  PetscCall(FemApply(model, model->u, model->f_int));
+  PetscCall(FemForces(model));
   if (model->started || model->method == FEM_EXPLICIT) PetscCall(FemLoadsAt(model, model->t));
   if (model->method == FEM_STATIC)
     for (PetscInt k = 0; k < model->n_own * model->dim; k++) model->reaction[k] = model->fixed[k] >= 0 ? model->f_int[k] - model->f_app[k] - model->f_ext[k] : 0;
