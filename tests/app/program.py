@@ -386,6 +386,26 @@ def test_cylinder(folder):
     check(abs(poisson / 0.2 - 1) < 0.01, done.stdout)
 
 
+def test_beam(folder):
+    """examples/notched_beam, bent a little without a crack and left to rest: its stiffness within 5 % of fine finite elements."""
+    here = os.path.join(SOURCE, "examples/notched_beam")
+
+    def last(output):
+        text = read(folder, output, "history.csv").decode().splitlines()
+        row = dict(zip((name.split("[")[0] for name in text[0].split(",")), map(float, text[-1].split(","))))
+        return -row["reaction(load).y"], row["opening(notch mouth)"]
+
+    cleave("run", os.path.join(here, "elastic.yaml"), "--output", "fem", cwd=folder)
+    sets = {"time.end": "3.5 ms", "materials.concrete.mass_damping": "6000 1/s", "materials.concrete.tensile_strength": "300 MPa", "materials.concrete.fracture_energy": "1000000 J/m2",
+            "materials.concrete.shear_strength": "500 MPa", "materials.concrete.fracture_energy_shear": "10000000 J/m2",
+            "conditions[2].velocity.y.table": "[[0 ms, 0 mm/s], [1 ms, -2.5 mm/s], [2 ms, 0 mm/s], [5 ms, 0 mm/s]]"}
+    cleave("run", os.path.join(here, "scene.yaml"), "--output", "coupled", *(word for key in sets for word in ("--set", key + "=" + sets[key])), cwd=folder, timeout=800)
+    (fem, fem_opening), (coupled, opening) = last("fem"), last("coupled")
+    check(abs(coupled / opening / (fem / fem_opening) - 1) < 0.05, "force / opening", coupled / opening, "of elements", fem / fem_opening)
+    check(abs(coupled / 2.5 / (fem / 5) - 1) < 0.05, "force / displacement [N/um]", coupled / 2.5, "of elements", fem / 5)
+    check(os.path.exists(os.path.join(folder, "coupled", "cracks.csv")), "no cracks.csv")
+
+
 def main():
     for name in sys.argv[3:]:
         folder = tempfile.mkdtemp(prefix="cleave-" + name + "-")
