@@ -150,6 +150,7 @@ typedef struct {
   PetscReal dt, critical; /* [s]; critical 0 when not computed, dt 0 for static */
   PetscReal steps, seconds;
   PetscInt  threads;
+  PetscInt  substeps; /* particle steps in one step; 1 unless coupled, and in an estimate */
 } AppPlan;
 PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan);
 PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan); /* refuses a given step above the critical one */

@@ -42,7 +42,7 @@ static void Seconds(const AppCase *c, AppPlan *plan)
 {
   if (c->is_static) plan->seconds = plan->dofs * SECONDS_UNKNOWN * (c->dim == 3 ? 1 : 0.2) * (1 + 0.02 * plan->steps) / c->size;
   else if (c->method == APP_FEM) plan->seconds = plan->steps * c->mesh_cost / plan->threads / c->size;
-  else if (c->method == APP_COUPLED) plan->seconds = plan->steps * (c->mesh_cost + plan->bonds * SECONDS_BOND_STEP) / plan->threads;
+  else if (c->method == APP_COUPLED) plan->seconds = plan->steps * (c->mesh_cost + plan->substeps * plan->bonds * SECONDS_BOND_STEP) / plan->threads;
   else plan->seconds = plan->steps * plan->bonds * SECONDS_BOND_STEP / plan->threads;
 }
 
@@ -94,7 +94,8 @@ PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(plan, sizeof(*plan)));
-  plan->threads = threads;
+  plan->threads  = threads;
+  plan->substeps = 1;
   if (!c->is_static) PetscCall(SceneGetReal(c->scene, "time.safety", &safety));
   if (c->method != APP_DEM) {
     plan->nodes    = c->mesh_nodes;
@@ -131,8 +132,15 @@ PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan)
   PetscFunctionBegin;
   PetscCall(AppClockBegin(&c->clock, "critical step"));
   PetscCall(PetscMemzero(plan, sizeof(*plan)));
-  plan->built   = PETSC_TRUE;
-  plan->threads = threads;
+  plan->built    = PETSC_TRUE;
+  plan->threads  = threads;
+  plan->substeps = 1;
+  if (c->coupling) {
+    CouplingReport r;
+
+    PetscCall(CouplingModelGetReport(c->coupling, &r));
+    plan->substeps = r.substeps;
+  }
   if (c->method != APP_DEM) {
     PetscCall(FemModelGetCounts(c->fem, &a, &b, &w));
     plan->nodes    = a;
@@ -209,6 +217,9 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
 
     PetscCall(CouplingModelGetReport(c->coupling, &r));
     fprintf(out, "  overlap   %d particles, %d bonds, %d elements; force left on a node in uniform stress %.2g of stress x facet\n", (int)r.particles, (int)r.bonds, (int)r.cells, (double)r.residual);
+    fprintf(out, "  substeps  %d particle step%s of ", (int)p->substeps, p->substeps > 1 ? "s" : "");
+    Time(out, p->dt / p->substeps);
+    fprintf(out, " in one step of the elements outside\n");
   }
   fprintf(out, "  loads     %d from conditions, %d tools\n", (int)c->n_loads, (int)c->n_tools);
   fprintf(out, "  memory    %s%.3g MB\n", about, (double)(p->bytes / 1e6));
@@ -251,6 +262,7 @@ PetscErrorCode AppPlanJson(AppCase *c, const AppPlan *p, Json *json)
   PetscCall(JsonReal(json, "step_s", p->dt));
   PetscCall(JsonString(json, "step_set_by", p->sets));
   if (p->critical > 0) PetscCall(JsonReal(json, "critical_step_s", p->critical));
+  if (c->coupling) PetscCall(JsonInt(json, "substeps", p->substeps));
   PetscCall(JsonReal(json, "steps", p->steps));
   PetscCall(JsonReal(json, "expected_seconds", p->seconds));
   PetscCall(JsonInt(json, "threads", p->threads));

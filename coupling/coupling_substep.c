@@ -1,5 +1,5 @@
 /*
-  coupling_substep.c - how many particle steps fit in one step of the elements outside.  Eqs (6.10)-(6.14)
+  coupling_substep.c - how many particle steps fit in one step of the elements outside.  Eqs (6.10), (6.11)
 
   The overlap's elements, and some layers beyond, step with the particles; the rest acts in impulses every H = m dt. Impulses
   excite what vibrates with a multiple of pi/H, and particles do; but elements carry no wave that fast, so a layer of
@@ -8,7 +8,7 @@
 */
 #include "coupling_impl.h"
 
-#define LAYERS   3    /* beyond the overlap: the tail of a particle vibration faster than pi/H falls to a tenth or less with each */
+#define LAYERS   3    /* beyond the overlap: a vibration faster than pi/H falls to 1/7.7 or less with each, section 6 */
 #define MOST     10   /* automatic: beyond it the particles' own cost is all there is */
 #define MARGIN   0.95 /* of the outer elements' critical step */
 #define WINDOW   40   /* macro steps whose kinetic energy is averaged */

@@ -71,7 +71,7 @@ PetscErrorCode FemModelGetCounts(FemModel model, PetscInt *nodes, PetscInt *elem
 /* Sub-steps, for a coupling: elements with inner[] true (the mesh's order of top-dimension cells) and their nodes go in m steps of dt, the
    rest in one of m dt. After set-up, before the first step; explicit, one rank. m = 1 takes it back. critical [s]: of the rest
    alone; may be NULL. From then on the model advances by FemModelSubStep(), k = 0 .. m - 1, from t to t + dt: outer nodes move
-   whole with k = 0; frames, energies and checkpoints belong between macro steps. Eqs (6.10)-(6.13) */
+   whole with k = 0; frames, energies and checkpoints belong between macro steps. Eqs (6.10)-(6.12) */
 PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], PetscInt m, PetscReal *critical);
 PetscErrorCode FemModelSubStep(FemModel model, PetscReal t, PetscReal dt, PetscInt k);
 /* Forces [N] of a displacement alone, [nodes][dim]: impulses of the macro step H, forces of the sub-steps; mobility [1/kg], 0 = prescribed. */

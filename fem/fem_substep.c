@@ -1,5 +1,5 @@
 /*
-  fem_substep.c - some elements go in m steps while the rest take one: impulses of the rest every macro step.  Eqs (6.10)-(6.13)
+  fem_substep.c - some elements go in m steps while the rest take one: impulses of the rest every macro step.  Eqs (6.10)-(6.12)
 
   Inner elements, and every node of theirs, step with dt; the forces of all other elements (slow) act as impulses H = m dt on
   all nodes once a macro step. Where an inner node also carries outer elements (the edge) the two forces cancel at rest but act at
@@ -46,7 +46,7 @@ PetscErrorCode FemForces(FemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* c [n][dim] = -(H^2 - dt^2)/12 K_inner M^-1 f at the free edge dofs; f [n][dim] the fast forces there.  Eq. (6.12) */
+/* c [n][dim] = -(H^2 - dt^2)/12 K_inner M^-1 f at the free edge dofs; f [n][dim] the fast forces there.  Eq. (6.11) */
 static void Correct(FemModel model, PetscReal H, const PetscReal *f, PetscReal *c)
 {
   FemInner       *in    = &model->inner;
@@ -86,7 +86,7 @@ PetscErrorCode FemModelSubForces(FemModel model, PetscReal H, const PetscReal *u
 }
 
 /*
-  Close the level at a macro step's start: velocity after both kicks, reactions, and the energies of the instant.  Eqs (6.11), (6.13)
+  Close the level at a macro step's start: velocity after both kicks, reactions, and the energies of the instant.  Eqs (6.10), (6.12)
 
   A node's kinetic energy is 1/2 M v' v'' with v', v'' the mean velocity less and plus half its own step's kick by all forces
   there: the swing of the edge within the macro step is then no energy, and an outer node has (2.20).
