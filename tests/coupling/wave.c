@@ -10,7 +10,7 @@
 
 #define SWELL  12 /* periods until the amplitude is full */
 #define WATCH  12 /* periods watched */
-#define ROWS   WAVE_RATIO /* of cells, in one square element */
+#define ROWS   WAVE_RATIO /* of cells, in one square element. With a single row across flat elements the corrected energy (6.2) is not positive: it grew at any step */
 #define HEIGHT ((PetscReal)ROWS / WAVE_RATIO)
 
 PetscReal WaveEdge(PetscReal lambda, PetscReal dt)
