@@ -210,7 +210,7 @@ static PetscErrorCode Largest(CouplingModel model, const PetscBool *inner, Petsc
 PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model)
 {
   const PetscInt asked = model->options.substeps;
-  PetscReal      fem, dem, outer, room;
+  PetscReal      fem, dem, outer, room, local;
   PetscInt       outside, found;
   PetscBool     *inner;
 
@@ -220,7 +220,9 @@ PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model)
   model->limit    = 0.5 * PetscSqrtReal(3) * PetscMin(fem, dem);
   model->substeps = 1;
   BaseCheckInput(asked >= 0, model->comm, "substeps: %" PetscInt_FMT " is no number of particle steps; give 1 or more, or auto", asked);
-  if (asked == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FemModelGetLocalDamping(model->fem, &local));
+  BaseCheckInput(asked <= 1 || local == 0, model->comm, "substeps: %" PetscInt_FMT " and local_damping %.4g do not go together: elements stepping in impulses are never without net force, which this damping would take for motion; use mass_damping, or 1", asked, (double)local);
+  if (asked == 1 || local > 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(model->n_top, &inner));
   PetscCall(InnerCells(model, inner, &outside));
   if (asked > 1) {

@@ -42,6 +42,7 @@ PetscErrorCode FemModelSetGravity(FemModel model, const PetscReal gravity[3]); /
 PetscErrorCode FemModelSetInitialVelocity(FemModel model, const PetscReal velocity[3]);
 PetscErrorCode FemModelSetDamping(FemModel model, PetscReal alpha); /* mass-proportional, [1/s]; explicit only */
 PetscErrorCode FemModelSetLocalDamping(FemModel model, PetscReal alpha); /* non-viscous, in [0, 1), eq. (5.3); explicit only */
+PetscErrorCode FemModelGetLocalDamping(FemModel model, PetscReal *alpha);
 PetscErrorCode FemModelSetThreads(FemModel model, PetscInt threads);
 
 /* A history quantity over a group: "reaction", "displacement" (mean), "velocity" (mean), one column per component; "opening":

@@ -200,6 +200,13 @@ PetscErrorCode FemModelSubStep(FemModel model, PetscReal t, PetscReal dt, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode FemModelGetLocalDamping(FemModel model, PetscReal *alpha)
+{
+  PetscFunctionBegin;
+  *alpha = model->local;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FemInnerDestroy(FemModel model)
 {
   FemInner *in = &model->inner;

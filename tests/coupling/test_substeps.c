@@ -220,6 +220,10 @@ static PetscErrorCode TestRefused(void)
   PetscCall(Strip(3, 12, 5, 7, 6, 0.2, &c));
   CheckFails(CouplingModelSetUp(c.model), PETSC_ERR_USER_INPUT, "has no element to act on");
   PetscCall(CoupledDestroy(&c));
+  PetscCall(Strip(3, 20, 9, 11, 6, 0.2, &c));
+  PetscCall(FemModelSetLocalDamping(c.fem, 0.5));
+  CheckFails(CouplingModelSetUp(c.model), PETSC_ERR_USER_INPUT, "do not go together");
+  PetscCall(CoupledDestroy(&c));
   PetscCall(Strip(0, 20, 9, 11, 6, 0.2, &c));
   PetscCall(CouplingModelSetUp(c.model));
   PetscCall(CouplingModelGetReport(c.model, &report));
