@@ -59,7 +59,7 @@ static PetscErrorCode Beam(PetscBool plane, PetscReal last, Curve *curve)
   const DemMaterial       material = {.density = 2346, .young = 37e9, .poisson = 0.2};
   const DemStrength       strength = {.tensile = 3e6, .fracture_energy = 143, .softening = DEM_SOFTENING_BILINEAR, .knee_stress = 0.15, .knee_opening = 0.5,
                                        .shear = 5e6, .shear_energy = 143, .mu_static = 0.9, .mu_dynamic = 0.3};
-  const CouplingOptions   options  = {.floor = 0.05, .affine = PETSC_TRUE};
+  const CouplingOptions   options  = {.floor = 0.05, .affine = PETSC_TRUE, .substeps = 1};
   const PetscReal         t[5] = {0, 3e-3, 10e-3, 16e-3, 28e-3}, v[5] = {0, -3e-3, -3e-3, -6e-3, -20e-3};
   Coupled                 c;
   Stepper                 stepper;
