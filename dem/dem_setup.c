@@ -269,7 +269,9 @@ PetscErrorCode DemSetUpWalls_Internal(DemModel model)
     PetscCall(FaceKind(model, cells->wall_face[k], normal, &what));
     kind[k] = (unsigned char)what;
     for (PetscInt d = 0; d < 3; d++) h += normal[d] * (cells->wall_at[3 * k + d] - model->packing.x[3 * cells->wall_p[k] + d]);
-    BaseCheckInput(h > 0, model->comm, "Particle %" PetscInt_FMT " lies on or outside face '%s'; its centre must be inside the body", cells->wall_p[k], model->body.face_name[cells->wall_face[k]]);
+    /* At a re-entrant corner a free facet may face away from its particle: h < 0 is then right in the sum of (4.4). A held one needs its distance. */
+    if (what == DEM_WALL_SMOOTH || what == DEM_WALL_GLUED)
+      BaseCheckInput(h > 0, model->comm, "Particle %" PetscInt_FMT " lies on or outside face '%s'; its centre must be inside the body", cells->wall_p[k], model->body.face_name[cells->wall_face[k]]);
     if (what == DEM_WALL_FREE || what == DEM_WALL_TRACTION) model->vstar[p] += 0.5 * model->lambda / model->g_shear * cells->wall_area[k] * h; /* condensed.  Eq. (4.4) */
     if (what != DEM_WALL_FREE) {
       fill[p + 1]++;

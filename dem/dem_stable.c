@@ -213,7 +213,7 @@ PetscErrorCode DemModelGetStableStep(DemModel model, PetscReal *dt)
     Q[b->q[e]] += b->k[e] * aq;
   }
   for (PetscInt i = 0; i < w->n; i++)
-    if (w->kind[i] == DEM_WALL_SMOOTH || w->kind[i] == DEM_WALL_RIM) Q[w->owner[i]] += w->area[i] * w->h[i];
+    if (w->kind[i] == DEM_WALL_SMOOTH || w->kind[i] == DEM_WALL_RIM) Q[w->owner[i]] += w->area[i] * PetscAbsReal(w->h[i]);
     else if (w->kind[i] == DEM_WALL_GLUED)
       for (PetscInt d = 0; d < 3; d++) Q[w->owner[i]] += w->area[i] / w->h[i] * PetscSqr(w->arm[3 * i + d]);
   for (PetscInt p = 0; p < n; p++) Q[p] *= PetscMax(model->lambda, 0) / model->vstar[p] * (model->share ? model->share[p] : 1);
