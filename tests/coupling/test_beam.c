@@ -184,7 +184,7 @@ static PetscErrorCode TestPlaneCrack(void)
   }
   print_message("           peak       %11.1f  %15.1f  %+.1f %%\n", (double)Peak(&curve[0]), (double)Peak(&curve[1]), (double)(100 * (Peak(&curve[0]) / Peak(&curve[1]) - 1)));
   CheckClose(Peak(&curve[0]), Peak(&curve[1]), 0.05);
-  for (int k = 0; k < 4; k++) CheckClose(ForceAt(&curve[0], at[k]), ForceAt(&curve[1], at[k]), 0.05); /* at 0.1 mm the swings are wider than that: 7 % measured */
+  for (int k = 0; k < 4; k++) CheckClose(ForceAt(&curve[0], at[k]), ForceAt(&curve[1], at[k]), 0.05); /* not at 0.1 mm: 7 % measured, cause open */
   PetscCall(PetscFree(curve));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
