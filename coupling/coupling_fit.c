@@ -24,19 +24,6 @@ typedef struct {
   PetscReal     state[COUPLING_VOIGT][COUPLING_VOIGT]; /* [k][.] strain (engineering) of the k-th unit stress, times scale */
 } Fit;
 
-/* B^T s of node gradient g into f[dim] */
-static void NodeForce(PetscInt dim, const PetscReal g[3], const PetscReal *s, PetscReal scale, PetscReal *f)
-{
-  if (dim == 2) {
-    f[0] += scale * (g[0] * s[0] + g[1] * s[2]);
-    f[1] += scale * (g[1] * s[1] + g[0] * s[2]);
-  } else {
-    f[0] += scale * (g[0] * s[0] + g[1] * s[3] + g[2] * s[5]);
-    f[1] += scale * (g[1] * s[1] + g[0] * s[3] + g[2] * s[4]);
-    f[2] += scale * (g[2] * s[2] + g[1] * s[4] + g[0] * s[5]);
-  }
-}
-
 /* r [state][node][dim] += nodal forces of X in every unit stress's strain; X [point][ns][ns] symmetric, in units of scale */
 static void Product(const Fit *fit, const PetscReal *X, PetscReal *r)
 {
@@ -48,7 +35,7 @@ static void Product(const Fit *fit, const PetscReal *X, PetscReal *r)
 
       for (PetscInt i = 0; i < ns; i++)
         for (PetscInt j = 0; j < ns; j++) s[i] += X[(g * ns + i) * ns + j] * fit->state[k][j];
-      for (PetscInt a = 0; a < fit->point[g].n; a++) NodeForce(dim, fit->point[g].dN[a], s, fit->point[g].w, r + (k * fit->n_nodes + fit->at[fit->point[g].node[a]]) * dim);
+      for (PetscInt a = 0; a < fit->point[g].n; a++) CouplingNodeForce(dim, fit->point[g].dN[a], s, fit->point[g].w, r + (k * fit->n_nodes + fit->at[fit->point[g].node[a]]) * dim);
     }
 }
 
@@ -343,7 +330,7 @@ PetscErrorCode CouplingFit_Internal(CouplingModel model)
 
           if (node < 0) continue;
           for (PetscInt d = 0; d < dim; d++) grad[d] = dN[(g * n + a) * dim + d];
-          NodeForce(dim, grad, stress, -w[g] * model->alpha[t], r + (s * fit.n_nodes + node) * dim);
+          CouplingNodeForce(dim, grad, stress, -w[g] * model->alpha[t], r + (s * fit.n_nodes + node) * dim);
         }
       }
       if (!mine[t]) continue;
@@ -415,7 +402,7 @@ PetscErrorCode CouplingFit_Internal(CouplingModel model)
           for (PetscInt a = 0; a < n; a++) {
             PetscReal f[3] = {0};
 
-            NodeForce(dim, fit.point[point].dN[a], stress, fit.point[point].w, f);
+            CouplingNodeForce(dim, fit.point[point].dN[a], stress, fit.point[point].w, f);
             for (PetscInt i = 0; i < dim; i++) K[(a * dim + i) * n * dim + b * dim + j] += f[i];
           }
         }

@@ -40,19 +40,6 @@ static void GetMismatch(CouplingModel model, const CouplingParticle *particle, c
   }
 }
 
-/* B^T s: force of "stress" s (Voigt) at gradient g */
-static void NodeForce(PetscInt dim, const PetscReal g[3], const PetscReal *s, PetscReal scale, PetscReal *f)
-{
-  if (dim == 2) {
-    f[0] += scale * (g[0] * s[0] + g[1] * s[2]);
-    f[1] += scale * (g[1] * s[1] + g[0] * s[2]);
-  } else {
-    f[0] += scale * (g[0] * s[0] + g[1] * s[3] + g[2] * s[5]);
-    f[1] += scale * (g[1] * s[1] + g[0] * s[3] + g[2] * s[4]);
-    f[2] += scale * (g[2] * s[2] + g[1] * s[4] + g[0] * s[5]);
-  }
-}
-
 /*
   Forces of the present state of both sides: on the particles into their f_ext and t_ext, on the nodes into model->g. The rim's
   part on the nodes follows once the particle model has evaluated (CouplingStep). Also tells the rim where the elements are.
@@ -95,7 +82,7 @@ PetscErrorCode CouplingForces_Internal(CouplingModel model)
       PetscReal       *out = model->g + particle->at.node[a] * dim;
 
       for (PetscInt d = 0; d < dim; d++) out[d] += particle->at.N[a] * f[d];
-      NodeForce(dim, g, s, -1, out);
+      CouplingNodeForce(dim, g, s, -1, out);
       for (PetscInt d = 0; d < dim; d++) out[d] += 0.5 * (t[(d + 1) % 3] * g[(d + 2) % 3] - t[(d + 2) % 3] * g[(d + 1) % 3]); /* 1/2 M x grad N: the spin's share */
     }
   }

@@ -76,6 +76,19 @@ PetscErrorCode CouplingRimForces_Internal(CouplingModel model); /* adds the rim'
 /* coupling_substep.c */
 PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model);
 
+/* f[dim] += scale B^T s: nodal force of stress s (Voigt) where the node's shape function has gradient g */
+static inline void CouplingNodeForce(PetscInt dim, const PetscReal g[3], const PetscReal *s, PetscReal scale, PetscReal *f)
+{
+  if (dim == 2) {
+    f[0] += scale * (g[0] * s[0] + g[1] * s[2]);
+    f[1] += scale * (g[1] * s[1] + g[0] * s[2]);
+  } else {
+    f[0] += scale * (g[0] * s[0] + g[1] * s[3] + g[2] * s[5]);
+    f[1] += scale * (g[1] * s[1] + g[0] * s[3] + g[2] * s[4]);
+    f[2] += scale * (g[2] * s[2] + g[1] * s[4] + g[0] * s[5]);
+  }
+}
+
 static inline const Mesh *CouplingMesh(CouplingModel model)
 {
   return &model->split->fem;

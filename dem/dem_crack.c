@@ -53,14 +53,6 @@ static inline PetscReal Dot3(const PetscReal a[3], const PetscReal b[3])
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* scale (a x b) added to f[3..6) */
-static inline void AddMoment(const PetscReal a[3], const PetscReal b[3], PetscReal scale, PetscReal *f)
-{
-  f[3] += scale * (a[1] * b[2] - a[2] * b[1]);
-  f[4] += scale * (a[2] * b[0] - a[0] * b[2]);
-  f[5] += scale * (a[0] * b[1] - a[1] * b[0]);
-}
-
 /* Vector kept with particle p (local i): to space, and back. */
 static void ToSpace(DemModel model, PetscInt wide, PetscInt i, const PetscReal *copy, const PetscReal v[3], PetscReal out[3])
 {
@@ -246,8 +238,8 @@ void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, Pe
         fp[c] += t[c];
         fq[c] -= t[c];
       }
-      AddMoment(bond.a, sp, 1, fp);
-      AddMoment(bond.b, sq, -1, fq);
+      DemAddMoment(bond.a, sp, 1, fp);
+      DemAddMoment(bond.b, sq, -1, fq);
     }
     if (crack->damage[k] > 0 && ClosedForce(model, wide, k, copy, &bond, advance, t, NULL)) {
       PetscReal ap[3], aq[3]; /* both arms to the point half way across the gap: the couple on the pair is then exact */
@@ -258,8 +250,8 @@ void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, Pe
         fp[c] += t[c];
         fq[c] -= t[c];
       }
-      AddMoment(ap, t, 1, fp);
-      AddMoment(aq, t, -1, fq);
+      DemAddMoment(ap, t, 1, fp);
+      DemAddMoment(aq, t, -1, fq);
     }
   }
 }

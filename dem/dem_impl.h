@@ -237,6 +237,14 @@ PetscReal      DemToolsEnergy_Internal(DemModel model);
 /* dem_step.c */
 PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt);
 
+/* f[3..6) += scale (a x b): moment of a force b at arm a, in a [force, couple] record */
+static inline void DemAddMoment(const PetscReal a[3], const PetscReal b[3], PetscReal scale, PetscReal *f)
+{
+  f[3] += scale * (a[1] * b[2] - a[2] * b[1]);
+  f[4] += scale * (a[2] * b[0] - a[0] * b[2]);
+  f[5] += scale * (a[0] * b[1] - a[1] * b[0]);
+}
+
 /* Current vector of a body-fixed one: (R - I) r, by the particle's rotation.  Eq. (4.2) */
 static inline void DemTurn(PetscInt dim, PetscInt n, PetscInt p, const PetscReal *rot, const PetscReal r[3], PetscReal out[3])
 {

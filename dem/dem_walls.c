@@ -76,14 +76,6 @@ void DemWallsSum_Internal(DemModel model, PetscInt p, PetscReal *sum)
   }
 }
 
-/* a x b added to f[3..6) */
-static void AddMoment(const PetscReal a[3], const PetscReal b[3], PetscReal scale, PetscReal f[6])
-{
-  f[3] += scale * (a[1] * b[2] - a[2] * b[1]);
-  f[4] += scale * (a[2] * b[0] - a[0] * b[2]);
-  f[5] += scale * (a[0] * b[1] - a[1] * b[0]);
-}
-
 /* Force and moment of facet i on particle p, dilation = S/V*; t[] the facet's force. */
 static void FacetForce(DemModel model, PetscInt p, PetscInt i, PetscReal dilation, PetscReal t[3], PetscReal f[6])
 {
@@ -95,7 +87,7 @@ static void FacetForce(DemModel model, PetscInt p, PetscInt i, PetscReal dilatio
   switch (w->kind[i]) {
   case DEM_WALL_TRACTION:
     for (PetscInt d = 0; d < 3; d++) t[d] = A * facet.value[d];
-    AddMoment(facet.arm, facet.value, -lambda * dilation * A / g2, f); /* S turns with the arm */
+    DemAddMoment(facet.arm, facet.value, -lambda * dilation * A / g2, f); /* S turns with the arm */
     break;
   case DEM_WALL_RIM: /* S alone: the rim has no spring of its own */
     for (PetscInt d = 0; d < 3; d++) {
@@ -108,10 +100,10 @@ static void FacetForce(DemModel model, PetscInt p, PetscInt i, PetscReal dilatio
     break;
   default:
     for (PetscInt d = 0; d < 3; d++) t[d] = A / h * (g2 * facet.value[d] + lambda * dilation * facet.arm[d]);
-    AddMoment(facet.value, facet.arm, lambda * dilation * A / h, f);
+    DemAddMoment(facet.value, facet.arm, lambda * dilation * A / h, f);
   }
   for (PetscInt d = 0; d < 3; d++) f[d] += t[d];
-  AddMoment(facet.arm, t, 1, f);
+  DemAddMoment(facet.arm, t, 1, f);
 }
 
 void DemWallsForce_Internal(DemModel model, PetscInt p, PetscReal dilation, PetscReal f[6])
