@@ -11,8 +11,7 @@
 
 static const PetscReal cube_corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
 
-/* Shape functions and reference gradients at xi.  Eq. (2.5) */
-static void ShapeAt(MeshCellType type, const PetscReal xi[3], PetscReal N[], PetscReal dN[][3])
+void FemShapeAt(MeshCellType type, const PetscReal xi[3], PetscReal N[], PetscReal dN[][3])
 {
   if (type == MESH_TRI3 || type == MESH_TET4) {
     const PetscInt dim = type == MESH_TRI3 ? 2 : 3;
@@ -44,7 +43,7 @@ static void FillShape(FemShape *s)
 
     for (PetscInt i = 0; i < 3; i++) xi[i] = s->type == MESH_TRI3 ? 1.0 / 3 : s->type == MESH_TET4 ? 0.25 : GAUSS * cube_corner[q][i];
     s->weight[q] = s->type == MESH_TRI3 ? 0.5 : s->type == MESH_TET4 ? 1.0 / 6 : 1;
-    ShapeAt(s->type, xi, s->N[q], s->dN[q]);
+    FemShapeAt(s->type, xi, s->N[q], s->dN[q]);
   }
 }
 
@@ -315,7 +314,7 @@ void FemFaceIntegrals(PetscInt dim, PetscInt n, const PetscReal *x, PetscReal th
     const PetscReal third[3] = {1.0 / 3, 1.0 / 3, 0}, gauss[3] = {GAUSS * cube_corner[q][0], GAUSS * cube_corner[q][1], 0};
     PetscReal       N[8], dN[8][3], t[2][3] = {{0}}, normal[3], area;
 
-    ShapeAt(n == 3 ? MESH_TRI3 : MESH_QUAD4, n == 3 ? third : gauss, N, dN);
+    FemShapeAt(n == 3 ? MESH_TRI3 : MESH_QUAD4, n == 3 ? third : gauss, N, dN);
     for (PetscInt a = 0; a < n; a++)
       for (PetscInt j = 0; j < 2; j++)
         for (PetscInt i = 0; i < 3; i++) t[j][i] += x[3 * a + i] * dN[a][j];

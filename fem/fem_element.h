@@ -22,6 +22,8 @@ typedef struct {
 } FemShape;
 
 const FemShape *FemShapeGet(MeshCellType type); /* NULL when not covered */
+/* Shape functions [nodes] and their reference gradients [nodes][3] anywhere in (or outside) the reference element.  Eq. (2.5) */
+void FemShapeAt(MeshCellType type, const PetscReal xi[3], PetscReal N[], PetscReal dN[][3]);
 
 /* Lame constants [Pa] that act in the plane or the solid.  Eq. (2.3), (2.4) */
 typedef struct {
