@@ -52,7 +52,7 @@ typedef struct {
 */
 PetscErrorCode MeshRead(MPI_Comm comm, const char *file, const MeshOptions *options, Mesh *mesh);
 
-/* Structured meshes of a box [0,L]: cells of `type` (TRI3, QUAD4, TET4, HEX8), n[] per direction; side groups
+/* Structured meshes of a box: cells of `type` (any with straight sides but pyramids), n[] per direction; side groups
    "xmin" .. "zmax" and the body group `name`. */
 PetscErrorCode MeshCreateBox(MPI_Comm comm, const char *name, MeshCellType type, const PetscReal origin[3], const PetscReal length[3], const PetscInt n[3], Mesh *mesh);
 
@@ -62,3 +62,7 @@ PetscErrorCode MeshDestroy(Mesh *mesh);
 PetscInt MeshCellDim(MeshCellType type);
 PetscInt MeshCellNodes(MeshCellType type);   /* all nodes */
 PetscInt MeshCellCorners(MeshCellType type); /* corner nodes, which come first */
+/* Corners whose middle node a is in a straight cell, ascending (a corner is its own); returns how many. */
+PetscInt     MeshCellParents(MeshCellType type, PetscInt a, PetscInt corner[8]);
+MeshCellType MeshCellLinear(MeshCellType type);                             /* the linear cell of the same corners */
+MeshCellType MeshCellQuadratic(MeshCellType type, PetscBool incomplete);    /* the quadratic one; incomplete: without nodes in sides and middles */

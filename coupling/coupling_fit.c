@@ -132,11 +132,11 @@ static PetscErrorCode Admissible(CouplingModel model, Fit *fit)
     const FemShape *shape = FemShapeGet(mesh->type[c]);
 
     for (PetscInt f = 0; f < shape->faces; f++, n++) {
-      side[n].n    = shape->face_nodes;
+      side[n].n    = shape->face_nodes[f];
       side[n].cell = t;
       side[n].side = f;
-      for (PetscInt k = 0; k < 4; k++) side[n].node[k] = k < shape->face_nodes ? mesh->node[mesh->start[c] + shape->face[f][k]] : PETSC_MAX_INT;
-      PetscCall(PetscSortInt(shape->face_nodes, side[n].node));
+      for (PetscInt k = 0; k < 4; k++) side[n].node[k] = k < side[n].n ? mesh->node[mesh->start[c] + shape->face[f][k]] : PETSC_MAX_INT;
+      PetscCall(PetscSortInt(side[n].n, side[n].node));
     }
   }
   qsort(side, n, sizeof(*side), CompareSides);
@@ -146,17 +146,17 @@ static PetscErrorCode Admissible(CouplingModel model, Fit *fit)
     PetscReal       x[12], N_dA[4], N_n_dA[12], normal[3] = {0}, highest = 0;
 
     if ((k > 0 && !CompareSides(&side[k], &side[k - 1])) || (k + 1 < n && !CompareSides(&side[k], &side[k + 1]))) continue;
-    for (PetscInt a = 0; a < shape->face_nodes; a++) {
+    for (PetscInt a = 0; a < side[k].n; a++) {
       const PetscInt node = mesh->node[mesh->start[c] + shape->face[side[k].side][a]];
 
       highest = PetscMax(highest, model->split->s[node]);
       for (PetscInt d = 0; d < dim; d++) x[a * dim + d] = mesh->x[3 * node + d];
     }
     if (highest == 0) continue;
-    FemFaceIntegrals(dim, shape->face_nodes, x, model->thickness, N_dA, N_n_dA);
-    for (PetscInt a = 0; a < shape->face_nodes; a++)
+    FemFaceIntegrals(dim, side[k].n, x, model->thickness, N_dA, N_n_dA);
+    for (PetscInt a = 0; a < side[k].n; a++)
       for (PetscInt d = 0; d < dim; d++) normal[d] += N_n_dA[a * dim + d];
-    for (PetscInt a = 0; a < shape->face_nodes; a++) {
+    for (PetscInt a = 0; a < side[k].n; a++) {
       const PetscInt node = fit->at[mesh->node[mesh->start[c] + shape->face[side[k].side][a]]];
 
       for (PetscInt i = 0; i < dim && node >= 0; i++) { /* (sigma n)_i as a vector in stress space */

@@ -119,7 +119,7 @@ PetscErrorCode CouplingLocate_Internal(CouplingModel model, const PetscReal poin
   *found = PETSC_FALSE;
   for (PetscInt e = 0; e < model->n_overlap && (!*found || least > 0); e++) {
     const PetscInt top = model->overlap[e], c = model->top[top], first = mesh->start[c], n = mesh->start[c + 1] - first;
-    PetscReal      x[8][3], N[8], dN[8][3], outside, slack = 0;
+    PetscReal      x[FEM_MAX_NODES][3], N[FEM_MAX_NODES], dN[FEM_MAX_NODES][3], outside, slack = 0;
     PetscBool      near = PETSC_TRUE;
 
     for (PetscInt a = 0; a < n; a++)

@@ -26,7 +26,7 @@ static PetscErrorCode SelectCells(const Mesh *mesh, FemBody *b, char words[BASE_
     }
   if (mesh->dim < 2 || !b->n_cells) PetscCall(PetscSNPrintf(words, BASE_LINE, "%s: the mesh has no cell of dimension 2 or 3, so no finite element", mesh->source));
   else if (bad >= 0)
-    PetscCall(PetscSNPrintf(words, BASE_LINE, "%s: element %d is a %s, and %s is not covered yet; mesh with first-order triangles, quadrilaterals, tetrahedra or hexahedra", mesh->source, (int)mesh->cell_id[bad],
+    PetscCall(PetscSNPrintf(words, BASE_LINE, "%s: element %d is a %s, and %s is not covered; mesh with triangles, quadrilaterals, tetrahedra, hexahedra or prisms of first or second order", mesh->source, (int)mesh->cell_id[bad],
                             CellWord(mesh->type[bad]), CellWord(mesh->type[bad])));
   if (words[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc3(b->n_cells, &b->cell, b->n_cells + 1, &b->start, entries, &b->node));
@@ -69,20 +69,29 @@ static PetscReal Quality(const Mesh *mesh, const FemBody *b, PetscInt c)
   return FemShapeQuality(shape, x);
 }
 
-static void TurnRound(FemBody *b, PetscInt c)
+static void Reverse(PetscInt *node, PetscInt from, PetscInt to)
 {
-  for (PetscInt i = b->start[c] + 1, j = b->start[c + 1] - 1; i < j; i++, j--) {
-    const PetscInt swap = b->node[i];
+  for (PetscInt i = from, j = to - 1; i < j; i++, j--) {
+    const PetscInt swap = node[i];
 
-    b->node[i] = b->node[j];
-    b->node[j] = swap;
+    node[i] = node[j];
+    node[j] = swap;
   }
 }
 
-/* Does cell c run from node p to node q along one of its edges? */
-static PetscBool Runs(const FemBody *b, PetscInt c, PetscInt p, PetscInt q)
+/* A plane cell the other way round: its first corner stays, and a node in its middle. */
+static void TurnRound(FemBody *b, MeshCellType type, PetscInt c)
 {
-  const PetscInt n = b->start[c + 1] - b->start[c], *node = &b->node[b->start[c]];
+  const PetscInt corners = MeshCellCorners(type);
+
+  Reverse(&b->node[b->start[c]], 1, corners);
+  if (type != MeshCellLinear(type)) Reverse(&b->node[b->start[c]], corners, 2 * corners);
+}
+
+/* Does cell c run from node p to node q along one of its edges? */
+static PetscBool Runs(const Mesh *mesh, const FemBody *b, PetscInt c, PetscInt p, PetscInt q)
+{
+  const PetscInt n = MeshCellCorners(mesh->type[b->cell[c]]), *node = &b->node[b->start[c]];
 
   for (PetscInt a = 0; a < n; a++)
     if (node[a] == p && node[(a + 1) % n] == q) return PETSC_TRUE;
@@ -93,9 +102,9 @@ static PetscBool Runs(const FemBody *b, PetscInt c, PetscInt p, PetscInt q)
   gmsh numbers a plane surface clockwise when its loop was given so: such cells are turned round. A cell folded over its
   neighbour also has a negative area, but it runs along the shared edge against that neighbour, as sound pairs do.
 */
-static PetscBool Folded(const FemBody *b, const char *clockwise, PetscInt c)
+static PetscBool Folded(const Mesh *mesh, const FemBody *b, const char *clockwise, PetscInt c)
 {
-  const PetscInt n = b->start[c + 1] - b->start[c], *node = &b->node[b->start[c]];
+  const PetscInt n = MeshCellCorners(mesh->type[b->cell[c]]), *node = &b->node[b->start[c]];
 
   for (PetscInt a = 0; a < n; a++) {
     const PetscInt p = node[a], q = node[(a + 1) % n];
@@ -103,7 +112,7 @@ static PetscBool Folded(const FemBody *b, const char *clockwise, PetscInt c)
     for (PetscInt k = b->star_start[p]; k < b->star_start[p + 1]; k++) {
       const PetscInt other = b->star[k];
 
-      if (other != c && !clockwise[other] && Runs(b, other, q, p)) return PETSC_TRUE;
+      if (other != c && !clockwise[other] && Runs(mesh, b, other, q, p)) return PETSC_TRUE;
     }
   }
   return PETSC_FALSE;
@@ -142,18 +151,40 @@ static PetscErrorCode CheckShapes(const Mesh *mesh, FemBody *b, char words[BASE_
     PetscReal quality = Quality(mesh, b, c);
 
     if (quality <= -collapsed && mesh->dim == 2) {
-      TurnRound(b, c);
+      TurnRound(b, mesh->type[b->cell[c]], c);
       quality = Quality(mesh, b, c);
-      TurnRound(b, c);
+      TurnRound(b, mesh->type[b->cell[c]], c);
       clockwise[c] = quality > collapsed;
     }
     if (!(quality > collapsed)) PetscCall(SayShape(mesh, b, c, quality <= -collapsed ? "turned inside out (its Jacobian is negative)" : "collapsed (it has no volume, or two of its nodes coincide)", words));
   }
   for (PetscInt c = 0; c < b->n_cells && !words[0]; c++)
-    if (clockwise[c] && Folded(b, clockwise, c)) PetscCall(SayShape(mesh, b, c, "turned inside out (folded over its neighbour)", words));
+    if (clockwise[c] && Folded(mesh, b, clockwise, c)) PetscCall(SayShape(mesh, b, c, "turned inside out (folded over its neighbour)", words));
   for (PetscInt c = 0; c < b->n_cells && !words[0]; c++)
-    if (clockwise[c]) TurnRound(b, c);
+    if (clockwise[c]) TurnRound(b, mesh->type[b->cell[c]], c);
   PetscCall(PetscFree(clockwise));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Quadratic beside linear, or side nodes on one cell only: such cells hang together at corners alone. */
+static PetscErrorCode CheckKinds(const Mesh *mesh, const FemBody *b, char words[BASE_LINE])
+{
+  PetscInt linear = -1, quadratic = -1, bare = -1, full = -1, one = -1, other = -1;
+
+  PetscFunctionBegin;
+  for (PetscInt c = 0; c < b->n_cells; c++) {
+    const MeshCellType type = mesh->type[b->cell[c]];
+    PetscInt          *first = type == MeshCellLinear(type) ? &linear : &quadratic;
+
+    if (*first < 0) *first = c;
+    if ((type == MESH_HEX20 || type == MESH_PRISM15) && bare < 0) bare = c;
+    if ((type == MESH_HEX27 || type == MESH_PRISM18) && full < 0) full = c;
+  }
+  if (linear >= 0 && quadratic >= 0) one = linear, other = quadratic;
+  else if (bare >= 0 && full >= 0) one = bare, other = full;
+  if (one >= 0)
+    PetscCall(PetscSNPrintf(words, BASE_LINE, "%s: element %d is a %s and element %d a %s; their shared sides do not have the same nodes, so they would come apart: mesh all of it in one order, complete or incomplete throughout", mesh->source,
+                            (int)mesh->cell_id[b->cell[one]], CellWord(mesh->type[b->cell[one]]), (int)mesh->cell_id[b->cell[other]], CellWord(mesh->type[b->cell[other]])));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -190,6 +221,7 @@ PetscErrorCode FemBodyCreate(const Mesh *mesh, FemBody *body, char words[BASE_LI
   PetscFunctionBegin;
   PetscCall(PetscMemzero(body, sizeof(*body)));
   PetscCall(SelectCells(mesh, body, words));
+  if (!words[0]) PetscCall(CheckKinds(mesh, body, words));
   if (!words[0]) PetscCall(CheckShapes(mesh, body, words));
   if (!words[0]) PetscCall(CheckDuplicates(mesh, body, words));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -218,10 +250,11 @@ PetscInt FemBodyFindSide(const Mesh *mesh, const FemBody *b, PetscInt n, const P
     PetscInt        a     = 0;
 
     while (a < n && Uses(b, c, b->number[node[a]])) a++;
-    if (a < n || shape->face_nodes != n) continue;
+    if (a < n) continue;
     for (PetscInt f = 0; f < shape->faces; f++) {
       PetscInt same = 0;
 
+      if (shape->face_nodes[f] != n) continue;
       for (PetscInt i = 0; i < n; i++)
         for (PetscInt j = 0; j < n; j++) same += b->node[b->start[c] + shape->face[f][i]] == b->number[node[j]];
       if (same != n) continue;

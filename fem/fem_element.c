@@ -1,70 +1,10 @@
 /*
-  fem_element.c - tri3, quad4, tet4, hex8 with full integration.
+  fem_element.c - the integrals of one element.
 
-  Isoparametric: x = sum N_a x_a, J = dx/dxi, grad N_a = J^-T dN_a/dxi. The triangle and the tetrahedron have one point
-  (their strain is constant), the quadrilateral 2 x 2 and the hexahedron 2 x 2 x 2 Gauss points. Each kernel is written
-  once for any (nodes, dim, points) and inlined with constants, so the compiler unrolls it.
+  Isoparametric: x = sum N_a x_a, J = dx/dxi, grad N_a = J^-T dN_a/dxi. Shapes and points: fem_shape.c. Each kernel is
+  written once for any (nodes, dim, points); for linear elements it is inlined with constants, so the compiler unrolls it.
 */
 #include "fem_element.h"
-
-#define GAUSS 0.57735026918962576 /* 1/sqrt(3) */
-
-static const PetscReal cube_corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
-
-void FemShapeAt(MeshCellType type, const PetscReal xi[3], PetscReal N[], PetscReal dN[][3])
-{
-  if (type == MESH_TRI3 || type == MESH_TET4) {
-    const PetscInt dim = type == MESH_TRI3 ? 2 : 3;
-
-    N[0] = 1;
-    for (PetscInt a = 1; a <= dim; a++) {
-      N[a] = xi[a - 1];
-      N[0] -= xi[a - 1];
-    }
-    for (PetscInt a = 0; a <= dim; a++)
-      for (PetscInt i = 0; i < 3; i++) dN[a][i] = i >= dim ? 0 : a == 0 ? -1 : a == i + 1;
-  } else {
-    const PetscInt dim = type == MESH_QUAD4 ? 2 : 3, nodes = dim == 2 ? 4 : 8;
-
-    for (PetscInt a = 0; a < nodes; a++) {
-      PetscReal f[3] = {1, 1, 1};
-
-      for (PetscInt i = 0; i < dim; i++) f[i] = 0.5 * (1 + cube_corner[a][i] * xi[i]);
-      N[a] = f[0] * f[1] * f[2];
-      for (PetscInt i = 0; i < 3; i++) dN[a][i] = i >= dim ? 0 : 0.5 * cube_corner[a][i] * f[(i + 1) % 3] * f[(i + 2) % 3];
-    }
-  }
-}
-
-static void FillShape(FemShape *s)
-{
-  for (PetscInt q = 0; q < s->points; q++) {
-    PetscReal xi[3];
-
-    for (PetscInt i = 0; i < 3; i++) xi[i] = s->type == MESH_TRI3 ? 1.0 / 3 : s->type == MESH_TET4 ? 0.25 : GAUSS * cube_corner[q][i];
-    s->weight[q] = s->type == MESH_TRI3 ? 0.5 : s->type == MESH_TET4 ? 1.0 / 6 : 1;
-    FemShapeAt(s->type, xi, s->N[q], s->dN[q]);
-  }
-}
-
-const FemShape *FemShapeGet(MeshCellType type)
-{
-  static FemShape shape[4] = {
-    {.type = MESH_TRI3, .dim = 2, .nodes = 3, .points = 1, .faces = 3, .face_nodes = 2, .face = {{0, 1}, {1, 2}, {2, 0}}, .vtk = 5},
-    {.type = MESH_QUAD4, .dim = 2, .nodes = 4, .points = 4, .faces = 4, .face_nodes = 2, .face = {{0, 1}, {1, 2}, {2, 3}, {3, 0}}, .vtk = 9},
-    {.type = MESH_TET4, .dim = 3, .nodes = 4, .points = 1, .faces = 4, .face_nodes = 3, .face = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}, .vtk = 10},
-    {.type = MESH_HEX8, .dim = 3, .nodes = 8, .points = 8, .faces = 6, .face_nodes = 4, .face = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}}, .vtk = 12},
-  };
-  static PetscBool filled = PETSC_FALSE;
-
-  if (!filled) {
-    for (PetscInt k = 0; k < 4; k++) FillShape(&shape[k]);
-    filled = PETSC_TRUE;
-  }
-  for (PetscInt k = 0; k < 4; k++)
-    if (shape[k].type == type) return &shape[k];
-  return NULL;
-}
 
 /* J = sum x_a dN_a and its determinant; inverse[i][j] = dxi_i/dx_j when det is not 0. */
 static inline PetscReal Jacobian(PetscInt nodes, PetscInt dim, const PetscReal *x, const PetscReal dN[][3], PetscReal J[3][3])
@@ -119,13 +59,16 @@ static inline PetscInt Gradients(PetscInt nodes, PetscInt dim, PetscInt points, 
   return bad;
 }
 
-/* One kernel, four sizes: nodes, dim, points become constants. */
+/* One kernel, four sizes of which nodes, dim and points become constants; others run with what their shape says. */
 #define FOR_SHAPE(shape, kernel, ...) \
   switch ((shape)->type) { \
   case MESH_TRI3: kernel(3, 2, 1, __VA_ARGS__); break; \
   case MESH_QUAD4: kernel(4, 2, 4, __VA_ARGS__); break; \
   case MESH_TET4: kernel(4, 3, 1, __VA_ARGS__); break; \
-  default: kernel(8, 3, 8, __VA_ARGS__); break; \
+  case MESH_HEX8: kernel(8, 3, 8, __VA_ARGS__); break; \
+  default: \
+    if ((shape)->dim == 2) kernel((shape)->nodes, 2, (shape)->points, __VA_ARGS__); \
+    else kernel((shape)->nodes, 3, (shape)->points, __VA_ARGS__); \
   }
 
 PetscInt FemGradients(const FemShape *shape, const PetscReal *x, PetscReal thickness, PetscReal *dN, PetscReal *w)
@@ -136,23 +79,35 @@ PetscInt FemGradients(const FemShape *shape, const PetscReal *x, PetscReal thick
   return bad;
 }
 
-/* Columns of J are half or whole edges, so det over their lengths is the sine of the angle they span. */
+/* det J over the lengths of its columns: those are half or whole edges, so it is the sine of the angle they span. 0 where one vanishes. */
+static PetscReal Sine(PetscInt nodes, PetscInt dim, const PetscReal *x, const PetscReal dN[][3])
+{
+  PetscReal       J[3][3], size = 1;
+  const PetscReal det = Jacobian(nodes, dim, x, dN, J);
+
+  for (PetscInt j = 0; j < dim; j++) {
+    PetscReal sum = 0;
+
+    for (PetscInt i = 0; i < dim; i++) sum += J[i][j] * J[i][j];
+    size *= PetscSqrtReal(sum);
+  }
+  return size > 0 ? det / size : 0;
+}
+
 PetscReal FemShapeQuality(const FemShape *shape, const PetscReal *x)
 {
   const PetscInt dim   = shape->dim;
-  PetscReal      worst = 1, longest = 0, shortest = PETSC_MAX_REAL;
+  PetscReal      worst = 1, longest = 0, shortest = PETSC_MAX_REAL, N[FEM_MAX_NODES], dN[FEM_MAX_NODES][3];
 
-  for (PetscInt q = 0; q < shape->points; q++) {
-    PetscReal       J[3][3], size = 1;
-    const PetscReal det = Jacobian(shape->nodes, dim, x, shape->dN[q], J);
+  for (PetscInt q = 0; q < shape->points; q++) worst = PetscMin(worst, Sine(shape->nodes, dim, x, shape->dN[q]));
+  for (PetscInt a = 0; a < shape->nodes && shape->linear != shape->type && worst > 0; a++) {
+    PetscReal here, straight;
 
-    for (PetscInt j = 0; j < dim; j++) {
-      PetscReal sum = 0;
-
-      for (PetscInt i = 0; i < dim; i++) sum += J[i][j] * J[i][j];
-      size *= PetscSqrtReal(sum);
-    }
-    worst = PetscMin(worst, size > 0 ? det / size : 0);
+    here = Sine(shape->nodes, dim, x, shape->dN_place[a]);
+    if (here > -1e-6) continue; /* 0 but for round-off */
+    FemShapeAt(shape->linear, shape->place[a], N, dN);
+    straight = Sine(shape->corners, dim, x, dN);
+    if (straight > 0) worst = here;
   }
   for (PetscInt a = 0; a < shape->nodes; a++)
     for (PetscInt b = 0; b < a; b++) {
@@ -218,12 +173,29 @@ void FemForce(const FemShape *shape, const FemElastic *law, const PetscReal *dN,
   FOR_SHAPE(shape, Force, law, dN, w, u, f)
 }
 
-void FemLumpedMass(const FemShape *shape, PetscReal density, const PetscReal *w, PetscReal *m)
+void FemBodyMass(const FemShape *shape, PetscReal density, const PetscReal *w, PetscReal *m)
 {
   for (PetscInt a = 0; a < shape->nodes; a++) {
     m[a] = 0;
     for (PetscInt q = 0; q < shape->points; q++) m[a] += density * w[q] * shape->N[q][a];
   }
+}
+
+void FemLumpedMass(const FemShape *shape, PetscReal density, const PetscReal *w, PetscReal *m)
+{
+  PetscReal mass = 0, sum = 0;
+
+  if (shape->linear == shape->type) {
+    FemBodyMass(shape, density, w, m);
+    return;
+  }
+  for (PetscInt q = 0; q < shape->points; q++) mass += density * w[q];
+  for (PetscInt a = 0; a < shape->nodes; a++) {
+    m[a] = 0;
+    for (PetscInt q = 0; q < shape->points; q++) m[a] += w[q] * shape->N[q][a] * shape->N[q][a];
+    sum += m[a];
+  }
+  for (PetscInt a = 0; a < shape->nodes; a++) m[a] *= mass / sum;
 }
 
 void FemMeanStress(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const PetscReal *u, PetscReal *strain, PetscReal *stress)
@@ -290,39 +262,46 @@ PetscReal FemEigenBound(PetscInt nodes, PetscInt dim, const PetscReal *K, const 
   case 6: return PowerTrace(6, A, B);
   case 8: return PowerTrace(8, A, B);
   case 12: return PowerTrace(12, A, B);
-  default: return PowerTrace(24, A, B);
+  case 24: return PowerTrace(24, A, B);
+  default: return PowerTrace(n, A, B);
   }
 }
 
 void FemFaceIntegrals(PetscInt dim, PetscInt n, const PetscReal *x, PetscReal thickness, PetscReal *N_dA, PetscReal *N_n_dA)
 {
+  const FemShape *side = dim == 3 ? FemShapeGet(n == 3 ? MESH_TRI3 : n == 4 ? MESH_QUAD4 : n == 6 ? MESH_TRI6 : n == 8 ? MESH_QUAD8 : MESH_QUAD9) : NULL;
+  /* an edge: three Gauss points, exact for all but the length of a curved one */
+  static const PetscReal gauss[3] = {-0.77459666924148338, 0, 0.77459666924148338}, weight[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+
   for (PetscInt a = 0; a < n; a++) {
     N_dA[a] = 0;
     for (PetscInt i = 0; i < dim; i++) N_n_dA[a * dim + i] = 0;
   }
-  if (dim == 2) { /* straight: half to each end; the normal is the edge turned by -90 degrees */
-    const PetscReal ex = x[2] - x[0], ey = x[3] - x[1], half = 0.5 * thickness;
+  for (PetscInt q = 0; q < (dim == 2 ? 3 : side->points); q++) {
+    PetscReal        edge_N[FEM_MAX_NODES], edge_dN[FEM_MAX_NODES][3], t[2][3] = {{0}}, normal[3], area;
+    const PetscReal *N = edge_N, (*dN)[3] = (const PetscReal(*)[3])edge_dN;
 
-    for (PetscInt a = 0; a < 2; a++) {
-      N_dA[a]           = half * PetscSqrtReal(ex * ex + ey * ey);
-      N_n_dA[2 * a]     = half * ey;
-      N_n_dA[2 * a + 1] = -half * ex;
+    if (dim == 2) { /* the normal is the edge turned by -90 degrees */
+      const PetscReal xi[3] = {gauss[q], 0, 0};
+
+      FemShapeAt(n == 2 ? MESH_LINE2 : MESH_LINE3, xi, edge_N, edge_dN);
+    } else {
+      N  = side->N[q];
+      dN = side->dN[q];
     }
-    return;
-  }
-  for (PetscInt q = 0; q < (n == 3 ? 1 : 4); q++) {
-    const PetscReal third[3] = {1.0 / 3, 1.0 / 3, 0}, gauss[3] = {GAUSS * cube_corner[q][0], GAUSS * cube_corner[q][1], 0};
-    PetscReal       N[8], dN[8][3], t[2][3] = {{0}}, normal[3], area;
-
-    FemShapeAt(n == 3 ? MESH_TRI3 : MESH_QUAD4, n == 3 ? third : gauss, N, dN);
     for (PetscInt a = 0; a < n; a++)
-      for (PetscInt j = 0; j < 2; j++)
-        for (PetscInt i = 0; i < 3; i++) t[j][i] += x[3 * a + i] * dN[a][j];
-    for (PetscInt i = 0; i < 3; i++) normal[i] = (n == 3 ? 0.5 : 1) * (t[0][(i + 1) % 3] * t[1][(i + 2) % 3] - t[0][(i + 2) % 3] * t[1][(i + 1) % 3]);
+      for (PetscInt j = 0; j < dim - 1; j++)
+        for (PetscInt i = 0; i < dim; i++) t[j][i] += x[dim * a + i] * dN[a][j];
+    if (dim == 2) {
+      normal[0] = weight[q] * thickness * t[0][1];
+      normal[1] = -weight[q] * thickness * t[0][0];
+      normal[2] = 0;
+    } else
+      for (PetscInt i = 0; i < 3; i++) normal[i] = side->weight[q] * (t[0][(i + 1) % 3] * t[1][(i + 2) % 3] - t[0][(i + 2) % 3] * t[1][(i + 1) % 3]);
     area = PetscSqrtReal(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
     for (PetscInt a = 0; a < n; a++) {
       N_dA[a] += N[a] * area;
-      for (PetscInt i = 0; i < 3; i++) N_n_dA[3 * a + i] += N[a] * normal[i];
+      for (PetscInt i = 0; i < dim; i++) N_n_dA[dim * a + i] += N[a] * normal[i];
     }
   }
 }

@@ -1,28 +1,33 @@
 /*
-  fem_element.h - linear elements: shape functions, quadrature, stiffness, mass. Plain arrays, no handles.  Docs: theory 2.2
+  fem_element.h - finite elements alone: shape functions, quadrature, stiffness, mass. Plain arrays, no handles.  Docs: theory 2.2, 2.5
 
-  Nodes are numbered as gmsh and VTK do (they agree for these four). Strain and stress are Voigt xx yy zz xy yz zx,
-  shear strain as the engineering angle.
+  Linear and quadratic triangles, quadrilaterals, tetrahedra, hexahedra and prisms; nodes are numbered as gmsh does.
+  Strain and stress are Voigt xx yy zz xy yz zx, shear strain as the engineering angle.
 */
 #pragma once
 #include "mesh.h"
 
-#define FEM_MAX_NODES  8
-#define FEM_MAX_POINTS 8
-#define FEM_MAX_DOFS   24
+#define FEM_MAX_NODES      27
+#define FEM_MAX_POINTS     27
+#define FEM_MAX_DOFS       81
+#define FEM_MAX_FACE_NODES 9
 
 typedef struct {
-  MeshCellType  type;
-  PetscInt      dim, nodes, points, faces, face_nodes;
+  MeshCellType  type, linear;                           /* linear: of the same corners */
+  PetscInt      dim, nodes, corners, points, faces;
   PetscReal     weight[FEM_MAX_POINTS];                 /* of the reference element; sums to its volume */
+  PetscReal     xi[FEM_MAX_POINTS][3];                  /* the points */
   PetscReal     N[FEM_MAX_POINTS][FEM_MAX_NODES];       /* shape functions at the points */
   PetscReal     dN[FEM_MAX_POINTS][FEM_MAX_NODES][3];   /* their reference gradients */
-  PetscInt      face[6][4];                             /* nodes of each side, normal pointing out */
-  unsigned char vtk;
+  PetscReal     place[FEM_MAX_NODES][3];                /* reference coordinates of the nodes */
+  PetscReal     dN_place[FEM_MAX_NODES][FEM_MAX_NODES][3]; /* reference gradients at the nodes: [node][function] */
+  PetscInt      face_nodes[6], face[6][FEM_MAX_FACE_NODES]; /* nodes of each side in gmsh's order of a cell of that kind, normal pointing out */
+  unsigned char vtk;                                    /* VTK's cell type, and */
+  PetscInt      vtk_node[FEM_MAX_NODES];                /* our node at each place of its list */
 } FemShape;
 
 const FemShape *FemShapeGet(MeshCellType type); /* NULL when not covered */
-/* Shape functions [nodes] and their reference gradients [nodes][3] anywhere in (or outside) the reference element.  Eq. (2.5) */
+/* Shape functions and reference gradients anywhere. Eq. (2.5), (2.30). For set-up: slow. */
 void FemShapeAt(MeshCellType type, const PetscReal xi[3], PetscReal N[], PetscReal dN[][3]);
 
 /* Lame constants [Pa] that act in the plane or the solid.  Eq. (2.3), (2.4) */
@@ -34,7 +39,7 @@ typedef struct {
 /*
   Gradients of the shape functions and weights of the points.  Eq. (2.6)
 
-  x   [nodes][dim]          corner positions [m]
+  x   [nodes][dim]          node positions [m]
   dN  [points][nodes][dim]  out, [1/m]
   w   [points]              out, volume of each point [m3] (area x thickness in 2D)
   Returns the number of points where the element is turned inside out.
@@ -42,15 +47,18 @@ typedef struct {
 PetscInt FemGradients(const FemShape *shape, const PetscReal *x, PetscReal thickness, PetscReal *dN, PetscReal *w);
 
 /* Worst ratio over the integration points of det J to the lengths of its columns: 1 for a square or cube, < 0 inverted, 0 or tiny
-   collapsed. Corners may be negative: MacNeal and Harder's solid patch has one, and integrates well. */
+   collapsed. A straight element's corners may be negative: MacNeal and Harder's solid patch has one, and integrates well. Nodes of
+   a quadratic element may not, where the straight one is sound; 0 is allowed there (quarter-point nodes at a crack's tip). */
 PetscReal FemShapeQuality(const FemShape *shape, const PetscReal *x);
 
 /* K [nodes*dim][nodes*dim] [N/m].  Eq. (2.7) */
 void FemStiffness(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, PetscReal *K);
 /* f [nodes][dim] internal force [N] of displacement u [nodes][dim] [m], without forming K.  Eq. (2.9) */
 void FemForce(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const PetscReal *u, PetscReal *f);
-/* m [nodes] row-sum lumped mass [kg].  Eq. (2.10) */
+/* m [nodes] lumped mass [kg]: row sums, for quadratic elements the diagonal of the full mass scaled to the element's.  Eqs (2.10), (2.31) */
 void FemLumpedMass(const FemShape *shape, PetscReal density, const PetscReal *w, PetscReal *m);
+/* m [nodes] int rho N_a dV [kg]: what each node bears of a uniform acceleration.  Eq. (2.10) */
+void FemBodyMass(const FemShape *shape, PetscReal density, const PetscReal *w, PetscReal *m);
 /* Volume means of strain [-] and stress [Pa], Voigt [6] each; either may be NULL. */
 void FemMeanStress(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const PetscReal *u, PetscReal *strain, PetscReal *stress);
 /* Upper bound of the largest eigenvalue of K x = w^2 m x [1/s2].  Eq. (2.13) */
@@ -59,6 +67,6 @@ PetscReal FemEigenBound(PetscInt nodes, PetscInt dim, const PetscReal *K, const 
 /*
   Shape-function integrals over one side.  Eq. (2.8)
 
-  x [n][dim] its nodes; N_dA [n] out, int N_a dA [m2]; N_n_dA [n][dim] out, int N_a n dA [m2], n outward. In 2D both carry the thickness.
+  x [n][dim] its nodes, n in 3D: 3, 4, 6, 8 or 9, in 2D: 2 or 3; N_dA [n] out, int N_a dA [m2]; N_n_dA [n][dim] out, int N_a n dA [m2], n outward. In 2D both carry the thickness.
 */
 void FemFaceIntegrals(PetscInt dim, PetscInt n, const PetscReal *x, PetscReal thickness, PetscReal *N_dA, PetscReal *N_n_dA);

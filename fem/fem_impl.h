@@ -1,13 +1,12 @@
 /*
   fem_impl.h - the insides of a FemModel, shared by the files of fem/ only.
 
-  Ranks. DMPlex partitions the cells with one layer of overlap. A rank keeps the elements it owns and those that touch
+  Ranks. Each element and each node belongs to one rank. A rank keeps the elements it owns and those that touch
   a node it owns, so every row of an owned node is complete here: owners compute, and ghosts receive motion only.
   Owned nodes come first, then ghosts, each in the order of their global number, which is the mesh's. Sums into a node run
   over elements in global order: the same bits whatever the number of ranks and threads.
 */
 #pragma once
-#include <petscdmplex.h>
 #include <petscksp.h>
 #include <petscsf.h>
 #include "fem.h"
@@ -110,7 +109,7 @@ struct _p_FemModel {
   PetscInt   n_groups;
   FemGroup  *group;
   char       source[BASE_LINE];
-  /* rank 0 only: the whole mesh, for frames and messages */
+  /* rank 0 only: the whole mesh, for frames and messages; an element's nodes in VTK's order */
   PetscReal     *x_all;    /* [N_nodes][3] */
   PetscInt      *start_all, *node_all, *id_all, *cell_id_all;
   unsigned char *vtk_all;
@@ -130,6 +129,7 @@ struct _p_FemModel {
   PetscInt    n_fixed_own;
   PetscInt   *fixed_dof; /* [n_fixed_own] owned dofs, ascending */
   PetscReal  *mass;      /* [n_own] [kg] */
+  PetscReal  *borne;     /* [n_own] [kg] int rho N_a, what gravity acts on in a static model; mass where the two agree */
   FemRows     rows;      /* of the outer elements only while inner.m > 1 */
   FemInner    inner;
   PetscReal   bound, critical, scale; /* [s], [s] 0 = not yet computed, [J] */

@@ -16,9 +16,9 @@ static PetscErrorCode Pattern(FemModel model, FemLoad *load)
   for (PetscInt k = 0; k < group->n_facets; k++) {
     const PetscInt  c     = group->facet_cell[k];
     const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[c]);
-    const PetscInt  n     = shape->face_nodes;
-    PetscInt        node[4];
-    PetscReal       x[12], N_dA[4], N_n_dA[12];
+    const PetscInt  n     = shape->face_nodes[group->facet_face[k]];
+    PetscInt        node[FEM_MAX_FACE_NODES];
+    PetscReal       x[3 * FEM_MAX_FACE_NODES], N_dA[FEM_MAX_FACE_NODES], N_n_dA[3 * FEM_MAX_FACE_NODES];
 
     for (PetscInt a = 0; a < n; a++) {
       node[a] = model->cell_node[model->cell_start[c] + shape->face[group->facet_face[k]][a]];
@@ -61,8 +61,8 @@ PetscErrorCode FemLoadsAt(FemModel model, PetscReal t)
   }
   model->loads_known = PETSC_TRUE;
   if (!stale) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt i = 0; i < model->n_own; i++) /* the lumped mass is the row sum, so this is the consistent body force */
-    for (PetscInt d = 0; d < dim; d++) model->f_app[i * dim + d] = model->mass[i] * model->gravity[d];
+  for (PetscInt i = 0; i < model->n_own; i++)
+    for (PetscInt d = 0; d < dim; d++) model->f_app[i * dim + d] = model->borne[i] * model->gravity[d];
   for (PetscInt k = 0; k < model->n_loads; k++) {
     const FemLoad *load = &model->load[k];
 

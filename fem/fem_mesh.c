@@ -1,13 +1,12 @@
 /*
-  fem_mesh.c - from the mesh on rank 0 to flat arrays on every rank, through a DMPlex.
+  fem_mesh.c - from the mesh on rank 0 to flat arrays on every rank.
 
-  Each named group becomes a label: 1 on its vertices whatever its dimension, 1 on its cells when it is a part of the body,
-  and on a cell whose sides belong to it the set of those sides as bits. PETSc partitions (PT-Scotch), adds the overlap and
-  moves the labels; the arrays are extracted once and the DMPlex is dropped. The partitioner needs edges and sides
-  as points, so they are made on more than one rank; elements take their nodes, in gmsh's order, from rank 0's list.
+  Rank 0 has the elements partitioned by the graph of shared sides (PetscPartitioner: PT-Scotch), gives each node to the
+  lowest rank among its elements, and packs for every rank the elements it owns or that touch a node it owns, their
+  nodes and its share of the groups, all in local numbers: one message of integers each, which the rank unpacks.
 */
 #include "fem_impl.h"
-
+#include <petscpartitioner.h>
 PetscErrorCode FemGhosts(FemModel model, PetscReal *u)
 {
   MPI_Datatype unit;
@@ -48,175 +47,234 @@ PetscErrorCode FemScatter(FemModel model, PetscSF home, PetscInt m, const PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cells 0..n_cells-1, then vertices; other ranks hold an empty plex. */
-static PetscErrorCode BuildPlex(FemModel model, const FemBody *body, DM *plex)
-{
-  const PetscInt nc = body->n_cells, nn = body->n_nodes;
-  DM             dm;
+/* ---- rank 0: who gets what ---- */
 
-  PetscFunctionBegin;
-  PetscCall(DMPlexCreate(model->comm, &dm));
-  PetscCall(DMSetDimension(dm, model->dim));
-  PetscCall(DMPlexSetChart(dm, 0, nc + nn));
-  for (PetscInt c = 0; c < nc; c++) PetscCall(DMPlexSetConeSize(dm, c, body->start[c + 1] - body->start[c]));
-  PetscCall(DMSetUp(dm));
-  for (PetscInt c = 0; c < nc; c++) {
-    PetscInt cone[FEM_MAX_NODES];
-
-    for (PetscInt k = body->start[c]; k < body->start[c + 1]; k++) cone[k - body->start[c]] = nc + body->node[k];
-    if (body->start[c + 1] - body->start[c] == 8) { /* a plex hexahedron's first side is seen from outside, gmsh's from inside; else its sides are wrong */
-      cone[1] = nc + body->node[body->start[c] + 3];
-      cone[3] = nc + body->node[body->start[c] + 1];
-    }
-    PetscCall(DMPlexSetCone(dm, c, cone));
-  }
-  PetscCall(DMPlexSymmetrize(dm));
-  PetscCall(DMPlexStratify(dm));
-  if (model->size > 1) {
-    DM whole;
-
-    PetscCall(DMPlexInterpolate(dm, &whole)); /* cells and vertices keep their numbers; sides and edges come after */
-    PetscCall(DMDestroy(&dm));
-    dm = whole;
-  }
-  *plex = dm;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode LabelName(PetscInt g, size_t size, char name[])
-{
-  return PetscSNPrintf(name, size, "group %d", (int)g);
-}
-
-/* Rank 0: a label per group; counts sides inside the body and sides of nothing. */
-static PetscErrorCode LabelGroups(FemModel model, const Mesh *mesh, const FemBody *body, DM dm)
-{
-  PetscInt *body_cell;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(mesh->n_cells, &body_cell));
-  for (PetscInt c = 0; c < mesh->n_cells; c++) body_cell[c] = -1;
-  for (PetscInt c = 0; c < body->n_cells; c++) body_cell[body->cell[c]] = c;
-  for (PetscInt g = 0; g < mesh->n_groups; g++) {
-    const MeshGroup *from = &mesh->group[g];
-    char             name[32];
-    DMLabel          label;
-
-    PetscCall(LabelName(g, sizeof(name), name));
-    PetscCall(DMCreateLabel(dm, name));
-    PetscCall(DMGetLabel(dm, name, &label));
-    for (PetscInt k = 0; k < from->n_cells; k++) {
-      const PetscInt  c = from->cell[k], n = mesh->start[c + 1] - mesh->start[c];
-      const PetscInt *node = &mesh->node[mesh->start[c]];
-      PetscInt        cell[2], side, found;
-
-      if (from->dim == model->dim) {
-        PetscCall(DMLabelSetValue(label, body_cell[c], 1));
-        continue;
-      }
-      for (PetscInt a = 0; a < n; a++)
-        if (body->number[node[a]] >= 0) PetscCall(DMLabelSetValue(label, body->n_cells + body->number[node[a]], 1));
-      if (from->dim != model->dim - 1) continue;
-      found = FemBodyFindSide(mesh, body, n, node, cell, &side);
-      if (!found) model->group[g].loose++;
-      else {
-        PetscInt bits;
-
-        if (found > 1) model->group[g].interior++;
-        PetscCall(DMLabelGetValue(label, cell[0], &bits));
-        if (bits >= 0) PetscCall(DMLabelClearValue(label, cell[0], bits));
-        PetscCall(DMLabelSetValue(label, cell[0], (bits < 0 ? 0 : bits) | (1 << side)));
-      }
-    }
-  }
-  PetscCall(PetscFree(body_cell));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A number for each point of the plex on rank 0, carried to the points after distribution. */
-static PetscErrorCode Carry(DM after, PetscSF moved, PetscInt *root, PetscInt *leaf)
-{
-  PetscInt end;
-
-  PetscFunctionBegin;
-  if (moved) {
-    PetscCall(PetscSFBcastBegin(moved, MPIU_INT, root, leaf, MPI_REPLACE));
-    PetscCall(PetscSFBcastEnd(moved, MPIU_INT, root, leaf, MPI_REPLACE));
-  } else {
-    PetscCall(DMPlexGetChart(after, NULL, &end));
-    PetscCall(PetscArraycpy(leaf, root, end));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What the extraction needs to know of the local cells and vertices, points [0, end). */
+/* A group over the whole mesh, in body numbers; facets as 8*cell + side. */
 typedef struct {
-  PetscInt  cell_end, end;
-  PetscInt *original; /* number before distribution: cells, then vertices */
-  PetscInt *corner;   /* [cell_end][FEM_MAX_NODES] local points, -1 after the last */
-  PetscInt *leaf;     /* [end] 1 = owned elsewhere */
-  PetscInt *local;    /* [end] our number of the element or node, -1 = dropped */
-} Points;
+  PetscInt  n_nodes, n_cells, n_facets;
+  PetscInt *node, *cell, *facet;
+} Whole;
 
-static PetscErrorCode CreatePoints(const FemBody *body, DM before, DM after, PetscSF moved, Points *pt)
+typedef struct {
+  PetscInt *part;  /* [n_cells] rank of each element */
+  PetscInt *owner; /* [n_nodes] rank of each node, and */
+  PetscInt *slot;  /* [n_nodes] its number there */
+} Cut;
+
+/* Elements that share a side, as a graph. */
+static PetscErrorCode SideGraph(const Mesh *mesh, const FemBody *body, PetscInt **start, PetscInt **neighbour)
 {
-  PetscInt end_before, end, vertex_start, vertex_end, cell_start, vertices, at, *root, *leaf, *key, *point; /* key: original vertices, sorted; point: where they are */
+  PetscInt n = 0;
 
   PetscFunctionBegin;
-  PetscCall(DMPlexGetChart(before, NULL, &end_before));
-  PetscCall(DMPlexGetChart(after, NULL, &end));
-  PetscCall(DMPlexGetHeightStratum(after, 0, &cell_start, &pt->cell_end));
-  PetscCall(DMPlexGetDepthStratum(after, 0, &vertex_start, &vertex_end));
-  if (end == 0) cell_start = pt->cell_end = vertex_start = vertex_end = 0; /* this rank got nothing */
-  PetscCheck(cell_start == 0 && vertex_start == pt->cell_end, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Cells and vertices are not the first points of the plex");
-  pt->end = vertex_end;
-  PetscCall(PetscMalloc2(end_before, &root, end, &leaf));
-  PetscCall(PetscMalloc1(end, &pt->original));
-  for (PetscInt p = 0; p < end_before; p++) root[p] = p;
-  PetscCall(Carry(after, moved, root, pt->original));
-  vertices = pt->end - pt->cell_end;
-  PetscCall(PetscMalloc2(vertices, &key, vertices, &point));
-  for (PetscInt k = 0; k < vertices; k++) {
-    point[k] = pt->cell_end + k;
-    key[k]   = pt->original[point[k]];
-  }
-  PetscCall(PetscSortIntWithArray(vertices, key, point));
-  PetscCall(PetscMalloc1(pt->cell_end * FEM_MAX_NODES, &pt->corner));
-  for (PetscInt a = 0; a < FEM_MAX_NODES; a++) {
-    for (PetscInt p = 0; p < end_before; p++) root[p] = -1;
-    for (PetscInt c = 0; c < body->n_cells; c++)
-      if (a < body->start[c + 1] - body->start[c]) root[c] = body->n_cells + body->node[body->start[c] + a];
-    PetscCall(Carry(after, moved, root, leaf));
-    for (PetscInt c = 0; c < pt->cell_end; c++) {
-      pt->corner[c * FEM_MAX_NODES + a] = -1;
-      if (leaf[c] < 0) continue;
-      PetscCall(PetscFindInt(leaf[c], vertices, key, &at));
-      PetscCheck(at >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "An element came without one of its nodes");
-      pt->corner[c * FEM_MAX_NODES + a] = point[at];
+  PetscCall(PetscMalloc1(body->n_cells + 1, start));
+  PetscCall(PetscMalloc1(6 * body->n_cells, neighbour));
+  for (PetscInt c = 0; c < body->n_cells; c++) {
+    const FemShape *shape = FemShapeGet(mesh->type[body->cell[c]]);
+
+    (*start)[c] = n;
+    for (PetscInt f = 0; f < shape->faces; f++) {
+      PetscInt node[FEM_MAX_FACE_NODES], cell[2], side, found;
+
+      for (PetscInt a = 0; a < shape->face_nodes[f]; a++) node[a] = body->old[body->node[body->start[c] + shape->face[f][a]]];
+      found = FemBodyFindSide(mesh, body, shape->face_nodes[f], node, cell, &side);
+      if (found > 1) (*neighbour)[n++] = cell[0] == c ? cell[1] : cell[0];
     }
   }
-  PetscCall(PetscFree2(key, point));
-  PetscCall(PetscFree2(root, leaf));
+  (*start)[body->n_cells] = n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Points of [first, last) with keep[p - first] == want, sorted by original number. */
-static PetscErrorCode PickPoints(PetscInt first, PetscInt last, const PetscInt *keep, PetscInt want, const PetscInt *original, PetscInt *n, PetscInt *point)
+/* Collective: the partitioner wants every rank, though only rank 0 has a graph. */
+static PetscErrorCode Partition(FemModel model, const Mesh *mesh, const FemBody *body, PetscInt *part)
 {
-  PetscInt *key;
+  PetscPartitioner partitioner;
+  PetscSection     sections;
+  IS               order;
+  const PetscInt  *cell;
+  PetscInt        *start = NULL, *neighbour = NULL, count, first;
 
   PetscFunctionBegin;
-  *n = 0;
-  PetscCall(PetscMalloc1(last - first, &key));
-  for (PetscInt p = first; p < last; p++)
-    if (keep[p - first] == want) {
-      key[*n]      = original[p];
-      point[(*n)++] = p;
+  if (model->size == 1) {
+    PetscCall(PetscArrayzero(part, body->n_cells));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (model->rank == 0) PetscCall(SideGraph(mesh, body, &start, &neighbour));
+  else PetscCall(PetscCalloc1(1, &start));
+  PetscCall(PetscSectionCreate(model->comm, &sections));
+  PetscCall(PetscPartitionerCreate(model->comm, &partitioner));
+  PetscCall(PetscPartitionerSetFromOptions(partitioner));
+  PetscCall(PetscPartitionerPartition(partitioner, model->size, model->rank == 0 ? body->n_cells : 0, start, neighbour, NULL, NULL, sections, &order));
+  if (model->rank == 0) {
+    PetscCall(ISGetIndices(order, &cell));
+    for (PetscInt r = 0; r < model->size; r++) {
+      PetscCall(PetscSectionGetDof(sections, r, &count));
+      PetscCall(PetscSectionGetOffset(sections, r, &first));
+      for (PetscInt k = first; k < first + count; k++) part[cell[k]] = r;
     }
-  PetscCall(PetscSortIntWithArray(*n, key, point));
-  PetscCall(PetscFree(key));
+    PetscCall(ISRestoreIndices(order, &cell));
+  }
+  PetscCall(ISDestroy(&order));
+  PetscCall(PetscPartitionerDestroy(&partitioner));
+  PetscCall(PetscSectionDestroy(&sections));
+  PetscCall(PetscFree(start));
+  PetscCall(PetscFree(neighbour));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+static PetscErrorCode OwnNodes(FemModel model, const FemBody *body, Cut *cut)
+{
+  PetscInt *count;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(model->size, &count));
+  for (PetscInt i = 0; i < body->n_nodes; i++) {
+    cut->owner[i] = model->size;
+    for (PetscInt k = body->star_start[i]; k < body->star_start[i + 1]; k++) cut->owner[i] = PetscMin(cut->owner[i], cut->part[body->star[k]]);
+    cut->slot[i] = count[cut->owner[i]]++;
+  }
+  PetscCall(PetscFree(count));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Nodes, elements and sides of a group; counts sides inside the body and sides of nothing. */
+static PetscErrorCode FindWhole(FemModel model, const Mesh *mesh, const FemBody *body, const PetscInt *body_cell, PetscInt g, Whole *w)
+{
+  const MeshGroup *from = &mesh->group[g];
+  const PetscBool  part = from->dim == model->dim ? PETSC_TRUE : PETSC_FALSE, sides = from->dim == model->dim - 1 ? PETSC_TRUE : PETSC_FALSE;
+  char            *on_node;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(body->n_nodes, &on_node));
+  PetscCall(PetscMalloc1(part ? from->n_cells : 0, &w->cell));
+  PetscCall(PetscMalloc1(sides ? from->n_cells : 0, &w->facet));
+  for (PetscInt k = 0; k < from->n_cells; k++) {
+    const PetscInt  c = from->cell[k], n = mesh->start[c + 1] - mesh->start[c];
+    const PetscInt *node = &mesh->node[mesh->start[c]];
+    PetscInt        cell[2], side, found;
+
+    for (PetscInt a = 0; a < n; a++)
+      if (body->number[node[a]] >= 0) on_node[body->number[node[a]]] = 1;
+    if (part) w->cell[w->n_cells++] = body_cell[c];
+    if (!sides) continue;
+    found = FemBodyFindSide(mesh, body, n, node, cell, &side);
+    if (!found) model->group[g].loose++;
+    else w->facet[w->n_facets++] = 8 * cell[0] + side;
+    if (found > 1) model->group[g].interior++;
+  }
+  for (PetscInt i = 0; i < body->n_nodes; i++) w->n_nodes += on_node[i];
+  PetscCall(PetscMalloc1(w->n_nodes, &w->node));
+  w->n_nodes = 0;
+  for (PetscInt i = 0; i < body->n_nodes; i++)
+    if (on_node[i]) w->node[w->n_nodes++] = i;
+  PetscCall(PetscSortInt(w->n_cells, w->cell));
+  PetscCall(PetscSortRemoveDupsInt(&w->n_facets, w->facet));
+  PetscCall(PetscFree(on_node));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- one message of integers ---- */
+
+typedef struct {
+  PetscInt  n, room, *v;
+} Words;
+
+static PetscErrorCode Put(Words *w, PetscInt value)
+{
+  PetscFunctionBegin;
+  if (w->n == w->room) {
+    w->room = PetscMax(1024, 2 * w->room);
+    PetscCall(PetscRealloc(sizeof(PetscInt) * w->room, &w->v));
+  }
+  w->v[w->n++] = value;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A list with its length in front; Close writes the length. */
+static PetscErrorCode Open(Words *w, PetscInt *at)
+{
+  PetscFunctionBegin;
+  *at = w->n;
+  PetscCall(Put(w, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void Close(Words *w, PetscInt at)
+{
+  w->v[at] = w->n - at - 1;
+}
+
+static const PetscInt *Take(const PetscInt **at, PetscInt *n)
+{
+  const PetscInt *list = *at + 1;
+
+  *n = **at;
+  *at += 1 + *n;
+  return list;
+}
+
+/* What rank r needs, in its own numbers. place [n_nodes], here [n_cells]: -1 everywhere, before and after. */
+static PetscErrorCode Pack(const Mesh *mesh, const FemBody *body, const Cut *cut, PetscInt n_groups, const Whole *whole, PetscInt r, PetscInt *place, PetscInt *here, Words *w)
+{
+  PetscInt cells = 0, own = 0, nodes = 0, at;
+
+  PetscFunctionBegin;
+  w->n = 0;
+  for (PetscInt c = 0; c < body->n_cells; c++) {
+    PetscBool keep = cut->part[c] == r ? PETSC_TRUE : PETSC_FALSE;
+
+    for (PetscInt k = body->start[c]; k < body->start[c + 1] && !keep; k++) keep = cut->owner[body->node[k]] == r ? PETSC_TRUE : PETSC_FALSE;
+    if (!keep) continue;
+    here[c] = cells++;
+    for (PetscInt k = body->start[c]; k < body->start[c + 1]; k++) place[body->node[k]] = 0;
+  }
+  for (PetscInt i = 0; i < body->n_nodes; i++)
+    if (cut->owner[i] == r) place[i] = own++;
+  nodes = own;
+  for (PetscInt i = 0; i < body->n_nodes; i++)
+    if (cut->owner[i] != r && place[i] >= 0) place[i] = nodes++;
+
+  PetscCall(Open(w, &at));
+  for (PetscInt owned = 1; owned >= 0; owned--) /* global numbers, owned first */
+    for (PetscInt i = 0; i < body->n_nodes; i++)
+      if (place[i] >= 0 && (cut->owner[i] == r) == owned) PetscCall(Put(w, i));
+  Close(w, at);
+  PetscCall(Open(w, &at)); /* ghosts: owner, number there */
+  for (PetscInt i = 0; i < body->n_nodes; i++)
+    if (place[i] >= 0 && cut->owner[i] != r) {
+      PetscCall(Put(w, cut->owner[i]));
+      PetscCall(Put(w, cut->slot[i]));
+    }
+  Close(w, at);
+  PetscCall(Open(w, &at)); /* elements: global number, owned, type, nodes */
+  for (PetscInt c = 0; c < body->n_cells; c++) {
+    if (here[c] < 0) continue;
+    PetscCall(Put(w, c));
+    PetscCall(Put(w, cut->part[c] == r));
+    PetscCall(Put(w, (PetscInt)mesh->type[body->cell[c]]));
+    for (PetscInt k = body->start[c]; k < body->start[c + 1]; k++) PetscCall(Put(w, place[body->node[k]]));
+  }
+  Close(w, at);
+  for (PetscInt g = 0; g < n_groups; g++) {
+    PetscCall(Open(w, &at));
+    for (PetscInt k = 0; k < whole[g].n_nodes; k++)
+      if (cut->owner[whole[g].node[k]] == r) PetscCall(Put(w, place[whole[g].node[k]]));
+    Close(w, at);
+    PetscCall(Open(w, &at));
+    for (PetscInt k = 0; k < whole[g].n_cells; k++)
+      if (here[whole[g].cell[k]] >= 0) PetscCall(Put(w, here[whole[g].cell[k]]));
+    Close(w, at);
+    PetscCall(Open(w, &at));
+    for (PetscInt k = 0; k < whole[g].n_facets; k++)
+      if (here[whole[g].facet[k] / 8] >= 0) PetscCall(Put(w, 8 * here[whole[g].facet[k] / 8] + whole[g].facet[k] % 8));
+    Close(w, at);
+  }
+  for (PetscInt c = 0; c < body->n_cells; c++) here[c] = -1;
+  for (PetscInt i = 0; i < body->n_nodes; i++) place[i] = -1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* ---- every rank: its own arrays ---- */
 
 /* Leaves are this rank's owned entities, in order; their roots stand on rank 0 at the global number. */
 static PetscErrorCode HomeSF(FemModel model, PetscInt N, PetscInt n, const PetscInt *number, const PetscInt *slot, PetscSF *sf)
@@ -238,210 +296,149 @@ static PetscErrorCode HomeSF(FemModel model, PetscInt N, PetscInt n, const Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode GhostSF(FemModel model, DM dm, const Points *pt)
+static PetscErrorCode UnpackNodes(FemModel model, const PetscInt **at)
 {
-  PetscSF            point_sf;
-  PetscInt           n_leaves, n_ghosts = 0, end, *owner, *slot;
-  const PetscInt    *leaf;
-  const PetscSFNode *root;
-  PetscSFNode       *remote;
+  const PetscInt *number, *ghost;
+  PetscInt        n, n_ghosts, *slot;
+  PetscSFNode    *remote;
 
   PetscFunctionBegin;
-  PetscCall(DMGetPointSF(dm, &point_sf));
-  PetscCall(PetscSFGetGraph(point_sf, NULL, &n_leaves, &leaf, &root));
-  PetscCall(DMPlexGetChart(dm, NULL, &end));
-  PetscCall(PetscMalloc1(end, &owner));
-  for (PetscInt p = 0; p < end; p++) owner[p] = p >= pt->end || pt->leaf[p] ? -1 : pt->local[p];
-  PetscCall(PetscSFBcastBegin(point_sf, MPIU_INT, owner, owner, MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(point_sf, MPIU_INT, owner, owner, MPI_REPLACE));
-  PetscCall(PetscMalloc1(model->n_loc - model->n_own, &remote));
-  PetscCall(PetscMalloc1(model->n_loc - model->n_own, &slot));
-  for (PetscInt k = 0; k < n_leaves; k++) {
-    const PetscInt p = leaf ? leaf[k] : k;
-
-    if (p < pt->cell_end || p >= pt->end || pt->local[p] < 0) continue;
-    PetscCheck(owner[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "A ghost node has no owner");
-    slot[n_ghosts]         = pt->local[p];
-    remote[n_ghosts].rank  = root[k].rank;
-    remote[n_ghosts].index = owner[p];
-    n_ghosts++;
+  number = Take(at, &n);
+  ghost  = Take(at, &n_ghosts);
+  n_ghosts /= 2;
+  model->n_loc = n;
+  model->n_own = n - n_ghosts;
+  PetscCall(PetscMalloc1(n, &model->gid));
+  PetscCall(PetscArraycpy(model->gid, number, n));
+  PetscCall(PetscMalloc1(n_ghosts, &remote));
+  PetscCall(PetscMalloc1(n_ghosts, &slot));
+  for (PetscInt k = 0; k < n_ghosts; k++) {
+    slot[k]         = model->n_own + k;
+    remote[k].rank  = ghost[2 * k];
+    remote[k].index = ghost[2 * k + 1];
   }
-  PetscCheck(n_ghosts == model->n_loc - model->n_own, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Ghost nodes and shared points differ in number");
-  PetscCall(PetscFree(owner));
   PetscCall(PetscSFCreate(model->comm, &model->ghosts));
   PetscCall(PetscSFSetGraph(model->ghosts, model->n_own, n_ghosts, slot, PETSC_OWN_POINTER, remote, PETSC_OWN_POINTER));
   PetscCall(PetscSFSetUp(model->ghosts));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscInt CornerCount(const PetscInt corner[])
-{
-  PetscInt n = 0;
-
-  while (n < FEM_MAX_NODES && corner[n] >= 0) n++;
-  return n;
-}
-
-/* Elements and nodes of this rank: what it owns, and what its rows need. */
-static PetscErrorCode ExtractPoints(FemModel model, DM dm, Points *pt)
-{
-  const PetscInt     nc = pt->cell_end;
-  PetscInt           n_leaves, n, *keep, *point, *slot;
-  const PetscInt    *leaf;
-  PetscSF            point_sf;
-
-  PetscFunctionBegin;
-  PetscCall(PetscCalloc1(pt->end, &pt->leaf));
-  PetscCall(PetscMalloc1(pt->end, &pt->local));
-  for (PetscInt p = 0; p < pt->end; p++) pt->local[p] = -1;
-  PetscCall(DMGetPointSF(dm, &point_sf));
-  PetscCall(PetscSFGetGraph(point_sf, NULL, &n_leaves, &leaf, NULL));
-  for (PetscInt k = 0; k < n_leaves; k++)
-    if ((leaf ? leaf[k] : k) < pt->end) pt->leaf[leaf ? leaf[k] : k] = 1;
-  PetscCall(PetscCalloc1(pt->end, &keep));
-  PetscCall(PetscMalloc1(pt->end, &point));
-
-  for (PetscInt c = 0; c < nc; c++) { /* elements: owned, or touching an owned node; their nodes stay */
-    const PetscInt *corner = &pt->corner[c * FEM_MAX_NODES], size = CornerCount(corner);
-
-    keep[c] = !pt->leaf[c];
-    for (PetscInt a = 0; a < size; a++) keep[c] |= !pt->leaf[corner[a]];
-    for (PetscInt a = 0; a < size && keep[c]; a++) keep[corner[a]] = pt->leaf[corner[a]] ? 2 : 1;
-  }
-  PetscCall(PickPoints(0, nc, keep, 1, pt->original, &model->n_cells, point));
-  for (PetscInt k = 0; k < model->n_cells; k++) pt->local[point[k]] = k;
-  PetscCall(PetscMalloc2(model->n_cells, &model->cell_gid, model->n_cells, &model->own));
-  for (PetscInt k = 0; k < model->n_cells; k++) {
-    model->cell_gid[k] = pt->original[point[k]];
-    model->own[k]      = !pt->leaf[point[k]];
-  }
-  PetscCall(PickPoints(nc, pt->end, &keep[nc], 1, pt->original, &model->n_own, point));
-  PetscCall(PickPoints(nc, pt->end, &keep[nc], 2, pt->original, &n, &point[model->n_own]));
-  model->n_loc = model->n_own + n;
-  PetscCall(PetscMalloc1(model->n_loc, &model->gid));
-  for (PetscInt k = 0; k < model->n_loc; k++) {
-    pt->local[point[k]] = k;
-    model->gid[k]       = pt->original[point[k]] - model->N_cells;
-  }
-  PetscCall(PetscFree(point));
-  PetscCall(PetscFree(keep));
-  PetscCall(GhostSF(model, dm, pt));
   PetscCall(HomeSF(model, model->N_nodes, model->n_own, model->gid, NULL, &model->home));
-
-  PetscCall(PetscMalloc2(model->n_cells, &slot, model->n_cells, &point));
-  model->n_cells_own = 0;
-  for (PetscInt k = 0; k < model->n_cells; k++)
-    if (model->own[k]) {
-      slot[model->n_cells_own]    = k;
-      point[model->n_cells_own++] = model->cell_gid[k];
-    }
-  PetscCall(HomeSF(model, model->N_cells, model->n_cells_own, point, slot, &model->home_cells));
-  PetscCall(PetscFree2(slot, point));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ExtractCells(FemModel model, const Points *pt)
+static PetscErrorCode UnpackCells(FemModel model, const PetscInt **at)
 {
-  PetscInt entries = 0;
+  const PetscInt *word;
+  PetscInt        n, entries = 0, cells = 0, *slot, *number;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc3(model->n_cells + 1, &model->cell_start, model->n_cells, &model->cell_type, model->n_cells, &model->cell_material));
-  PetscCall(PetscMalloc1(FEM_MAX_NODES * model->n_cells, &model->cell_node));
-  model->cell_start[0] = 0;
-  for (PetscInt c = 0; c < pt->cell_end; c++) {
-    const PetscInt k = pt->local[c], size = CornerCount(&pt->corner[c * FEM_MAX_NODES]);
-
-    if (k < 0) continue;
-    model->cell_start[k + 1]  = size;
-    model->cell_type[k]     = model->dim == 2 ? (size == 3 ? MESH_TRI3 : MESH_QUAD4) : (size == 4 ? MESH_TET4 : MESH_HEX8);
-    model->cell_material[k] = -1;
+  word = Take(at, &n);
+  for (PetscInt k = 0; k < n; k += 3 + MeshCellNodes((MeshCellType)word[k + 2])) {
+    entries += MeshCellNodes((MeshCellType)word[k + 2]);
+    cells++;
   }
-  for (PetscInt k = 0; k < model->n_cells; k++) {
-    entries += model->cell_start[k + 1];
-    model->cell_start[k + 1] = entries;
+  model->n_cells = cells;
+  PetscCall(PetscMalloc2(cells, &model->cell_gid, cells, &model->own));
+  PetscCall(PetscMalloc3(cells + 1, &model->cell_start, cells, &model->cell_type, cells, &model->cell_material));
+  PetscCall(PetscMalloc1(entries, &model->cell_node));
+  PetscCall(PetscMalloc2(cells, &slot, cells, &number));
+  model->n_cells_own = entries = 0;
+  for (PetscInt c = 0; c < cells; c++) {
+    model->cell_gid[c]      = word[0];
+    model->own[c]           = word[1];
+    model->cell_type[c]     = word[2];
+    model->cell_material[c] = -1;
+    model->cell_start[c]    = entries;
+    for (PetscInt a = 0; a < MeshCellNodes((MeshCellType)word[2]); a++) model->cell_node[entries++] = word[3 + a];
+    if (model->own[c]) {
+      slot[model->n_cells_own]     = c;
+      number[model->n_cells_own++] = word[0];
+    }
+    word += 3 + MeshCellNodes((MeshCellType)word[2]);
   }
-  for (PetscInt c = 0; c < pt->cell_end; c++) {
-    const PetscInt k = pt->local[c];
-
-    if (k < 0) continue;
-    for (PetscInt a = model->cell_start[k]; a < model->cell_start[k + 1]; a++) model->cell_node[a] = pt->local[pt->corner[c * FEM_MAX_NODES + a - model->cell_start[k]]];
-  }
+  model->cell_start[cells] = entries;
+  PetscCall(HomeSF(model, model->N_cells, model->n_cells_own, number, slot, &model->home_cells));
+  PetscCall(PetscFree2(slot, number));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Labels back to lists. A label value of a cell is 1 for a part of the body, a set of sides otherwise. */
-static PetscErrorCode ExtractGroup(FemModel model, DM dm, const Points *pt, PetscInt g)
+static PetscErrorCode UnpackGroup(FemModel model, const PetscInt **at, FemGroup *group)
 {
-  FemGroup       *group = &model->group[g];
-  char            name[32];
-  DMLabel         label;
-  IS              values;
-  const PetscInt *value;
-  PetscInt        n_values, *cell_bits, *on_node;
+  const PetscInt *node, *cell, *facet;
 
   PetscFunctionBegin;
-  PetscCall(PetscCalloc2(model->n_cells, &cell_bits, model->n_loc, &on_node));
-  PetscCall(LabelName(g, sizeof(name), name));
-  PetscCall(DMGetLabel(dm, name, &label));
-  if (label) {
-    PetscCall(DMLabelGetNumValues(label, &n_values));
-    PetscCall(DMLabelGetValueIS(label, &values));
-    PetscCall(ISGetIndices(values, &value));
-    for (PetscInt v = 0; v < n_values; v++) {
-      IS              points;
-      const PetscInt *point;
-      PetscInt        n;
-
-      PetscCall(DMLabelGetStratumIS(label, value[v], &points));
-      if (!points) continue;
-      PetscCall(ISGetLocalSize(points, &n));
-      PetscCall(ISGetIndices(points, &point));
-      for (PetscInt k = 0; k < n; k++) {
-        const PetscInt here = point[k] < pt->end ? pt->local[point[k]] : -1;
-
-        if (here < 0) continue;
-        if (point[k] < pt->cell_end) cell_bits[here] = value[v];
-        else on_node[here] = 1;
-      }
-      PetscCall(ISRestoreIndices(points, &point));
-      PetscCall(ISDestroy(&points));
-    }
-    PetscCall(ISRestoreIndices(values, &value));
-    PetscCall(ISDestroy(&values));
-  }
-  for (PetscInt c = 0; c < model->n_cells; c++)
-    if (cell_bits[c]) {
-      group->n_cells++;
-      for (PetscInt f = 0; f < 6; f++) group->n_facets += (cell_bits[c] >> f) & 1;
-      if (group->dim == model->dim)
-        for (PetscInt k = model->cell_start[c]; k < model->cell_start[c + 1]; k++) on_node[model->cell_node[k]] = 1;
-    }
-  for (PetscInt i = 0; i < model->n_own; i++) group->n_nodes += on_node[i];
+  node  = Take(at, &group->n_nodes);
+  cell  = Take(at, &group->n_cells);
+  facet = Take(at, &group->n_facets);
   PetscCall(PetscMalloc1(group->n_nodes, &group->node));
-  group->n_nodes = 0;
-  for (PetscInt i = 0; i < model->n_own; i++)
-    if (on_node[i]) group->node[group->n_nodes++] = i;
+  PetscCall(PetscArraycpy(group->node, node, group->n_nodes));
   if (group->dim == model->dim) {
     PetscCall(PetscMalloc1(group->n_cells, &group->cell));
-    group->n_cells = group->n_facets = 0;
-    for (PetscInt c = 0; c < model->n_cells; c++)
-      if (cell_bits[c]) group->cell[group->n_cells++] = c;
-  } else {
-    PetscCall(PetscMalloc2(group->n_facets, &group->facet_cell, group->n_facets, &group->facet_face));
-    group->n_cells = group->n_facets = 0;
-    for (PetscInt c = 0; c < model->n_cells; c++)
-      for (PetscInt f = 0; f < 6; f++)
-        if ((cell_bits[c] >> f) & 1) {
-          group->facet_cell[group->n_facets]   = c;
-          group->facet_face[group->n_facets++] = f;
-        }
+    PetscCall(PetscArraycpy(group->cell, cell, group->n_cells));
+  } else PetscCall(PetscMalloc2(group->n_facets, &group->facet_cell, group->n_facets, &group->facet_face));
+  for (PetscInt k = 0; k < group->n_facets; k++) {
+    group->facet_cell[k] = facet[k] / 8;
+    group->facet_face[k] = facet[k] % 8;
   }
-  PetscCall(PetscFree2(cell_bits, on_node));
   PetscCallMPI(MPI_Allreduce(&group->n_nodes, &group->n_nodes_global, 1, MPIU_INT, MPI_SUM, model->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What rank 0 keeps of the whole mesh for frames: nodes and elements in global order. */
+static PetscErrorCode Unpack(FemModel model, const PetscInt *words)
+{
+  const PetscInt *at = words;
+
+  PetscFunctionBegin;
+  PetscCall(UnpackNodes(model, &at));
+  PetscCall(UnpackCells(model, &at));
+  for (PetscInt g = 0; g < model->n_groups; g++) PetscCall(UnpackGroup(model, &at, &model->group[g]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0 sends each rank its words; every rank, itself included, unpacks. */
+static PetscErrorCode Distribute(FemModel model, const Mesh *mesh, const FemBody *body)
+{
+  Cut   cut  = {NULL};
+  Words mine = {0};
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc3(body->n_cells, &cut.part, body->n_nodes, &cut.owner, body->n_nodes, &cut.slot));
+  PetscCall(Partition(model, mesh, body, cut.part));
+  if (model->rank == 0) {
+    Whole    *whole;
+    PetscInt *place, *here, *body_cell;
+
+    PetscCall(OwnNodes(model, body, &cut));
+    PetscCall(PetscCalloc1(model->n_groups, &whole));
+    PetscCall(PetscMalloc3(body->n_nodes, &place, body->n_cells, &here, mesh->n_cells, &body_cell));
+    for (PetscInt i = 0; i < body->n_nodes; i++) place[i] = -1;
+    for (PetscInt c = 0; c < body->n_cells; c++) here[c] = -1;
+    for (PetscInt c = 0; c < body->n_cells; c++) body_cell[body->cell[c]] = c;
+    for (PetscInt g = 0; g < model->n_groups; g++) PetscCall(FindWhole(model, mesh, body, body_cell, g, &whole[g]));
+    for (PetscMPIInt r = model->size - 1; r >= 0; r--) {
+      PetscCall(Pack(mesh, body, &cut, model->n_groups, whole, r, place, here, &mine));
+      if (r > 0) {
+        PetscCallMPI(MPI_Send(&mine.n, 1, MPIU_INT, r, 1, model->comm));
+        PetscCallMPI(MPI_Send(mine.v, (PetscMPIInt)mine.n, MPIU_INT, r, 2, model->comm));
+      }
+    }
+    for (PetscInt g = 0; g < model->n_groups; g++) {
+      PetscCall(PetscFree(whole[g].node));
+      PetscCall(PetscFree(whole[g].cell));
+      PetscCall(PetscFree(whole[g].facet));
+    }
+    PetscCall(PetscFree3(place, here, body_cell));
+    PetscCall(PetscFree(whole));
+  } else {
+    PetscCallMPI(MPI_Recv(&mine.n, 1, MPIU_INT, 0, 1, model->comm, MPI_STATUS_IGNORE));
+    PetscCall(PetscMalloc1(mine.n, &mine.v));
+    PetscCallMPI(MPI_Recv(mine.v, (PetscMPIInt)mine.n, MPIU_INT, 0, 2, model->comm, MPI_STATUS_IGNORE));
+  }
+  PetscCall(PetscFree3(cut.part, cut.owner, cut.slot));
+  PetscCall(Unpack(model, mine.v));
+  PetscCall(PetscFree(mine.v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What rank 0 keeps of the whole mesh for frames: nodes and elements in global order, an element's nodes in VTK's. */
 static PetscErrorCode KeepWhole(FemModel model, const Mesh *mesh, FemBody *body)
 {
   PetscFunctionBegin;
@@ -452,10 +449,12 @@ static PetscErrorCode KeepWhole(FemModel model, const Mesh *mesh, FemBody *body)
   }
   PetscCall(PetscMalloc4(body->n_cells + 1, &model->start_all, body->start[body->n_cells], &model->node_all, body->n_cells, &model->cell_id_all, body->n_cells, &model->vtk_all));
   PetscCall(PetscArraycpy(model->start_all, body->start, body->n_cells + 1));
-  PetscCall(PetscArraycpy(model->node_all, body->node, body->start[body->n_cells]));
   for (PetscInt c = 0; c < body->n_cells; c++) {
+    const FemShape *shape = FemShapeGet(mesh->type[body->cell[c]]);
+
     model->cell_id_all[c] = mesh->cell_id[body->cell[c]];
-    model->vtk_all[c]     = FemShapeGet(mesh->type[body->cell[c]])->vtk;
+    model->vtk_all[c]     = shape->vtk;
+    for (PetscInt a = 0; a < shape->nodes; a++) model->node_all[body->start[c] + a] = body->node[body->start[c] + shape->vtk_node[a]];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -486,11 +485,8 @@ static PetscErrorCode ShareCounts(FemModel model, const Mesh *mesh, const FemBod
 
 PetscErrorCode FemModelSetMesh(FemModel model, const Mesh *mesh)
 {
-  char      words[BASE_LINE] = "";
-  FemBody   body             = {0};
-  DM        serial, dm = NULL;
-  PetscSF   moved = NULL;
-  Points    pt    = {0};
+  char       words[BASE_LINE] = "";
+  FemBody    body             = {0};
   PetscReal *x3;
 
   PetscFunctionBegin;
@@ -501,9 +497,7 @@ PetscErrorCode FemModelSetMesh(FemModel model, const Mesh *mesh)
   if (words[0]) PetscCall(FemBodyDestroy(&body));
   PetscCall(FemAgree(model->comm, words));
   PetscCall(ShareCounts(model, mesh, &body));
-
-  PetscCall(BuildPlex(model, &body, &serial));
-  if (model->rank == 0) PetscCall(LabelGroups(model, mesh, &body, serial));
+  PetscCall(Distribute(model, mesh, &body));
   for (PetscInt g = 0; g < model->n_groups; g++) {
     PetscInt count[2] = {model->group[g].interior, model->group[g].loose};
 
@@ -511,29 +505,6 @@ PetscErrorCode FemModelSetMesh(FemModel model, const Mesh *mesh)
     model->group[g].interior = count[0];
     model->group[g].loose    = count[1];
   }
-  if (model->size > 1) {
-    PetscPartitioner partitioner;
-
-    PetscCall(DMPlexGetPartitioner(serial, &partitioner));
-    PetscCall(PetscPartitionerSetFromOptions(partitioner)); /* DMSetFromOptions would distribute by itself, without our overlap */
-    PetscCall(DMPlexDistribute(serial, 1, &moved, &dm));
-  }
-  if (!dm) {
-    PetscCall(PetscObjectReference((PetscObject)serial));
-    dm = serial;
-  }
-  PetscCall(CreatePoints(&body, serial, dm, moved, &pt));
-  PetscCall(PetscSFDestroy(&moved));
-  PetscCall(ExtractPoints(model, dm, &pt));
-  PetscCall(ExtractCells(model, &pt));
-  for (PetscInt g = 0; g < model->n_groups; g++) PetscCall(ExtractGroup(model, dm, &pt, g));
-  PetscCall(DMDestroy(&dm));
-  PetscCall(DMDestroy(&serial));
-  PetscCall(PetscFree(pt.original));
-  PetscCall(PetscFree(pt.corner));
-  PetscCall(PetscFree(pt.leaf));
-  PetscCall(PetscFree(pt.local));
-
   if (model->rank == 0) PetscCall(KeepWhole(model, mesh, &body));
   if (model->rank == 0) PetscCall(FemBodyDestroy(&body));
   PetscCall(PetscMalloc1(3 * model->n_own, &x3));

@@ -392,7 +392,7 @@ PetscErrorCode FemModelDestroy(FemModel *model)
   PetscCall(PetscFree(m->fixed_dof));
   PetscCall(PetscFree(m->cell_weight));
   PetscCall(PetscFree(m->extra_mass));
-  PetscCall(PetscFree(m->mass));
+  PetscCall(PetscFree2(m->mass, m->borne));
   PetscCall(PetscFree(m->load_value));
   PetscCall(PetscFree5(m->u, m->v, m->f_int, m->f_app, m->f_ext));
   PetscCall(PetscFree2(m->v_next, m->reaction));

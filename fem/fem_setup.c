@@ -153,13 +153,13 @@ void FemCellGather(FemModel model, PetscInt cell, const PetscReal *u, PetscReal 
     for (PetscInt i = 0; i < dim; i++) ue[a * dim + i] = u[model->cell_node[first + a] * dim + i];
 }
 
-/* Row-sum lumped mass (2.10), and the energy the body would hold at unit strain, the ledger's scale. */
+/* Lumped mass (2.10), (2.31), what gravity acts on, and the energy the body would hold at unit strain, the ledger's scale. */
 PetscErrorCode FemSetUpMass(FemModel model)
 {
   PetscReal dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], m[FEM_MAX_NODES];
 
   PetscFunctionBegin;
-  PetscCall(PetscCalloc1(model->n_own, &model->mass));
+  PetscCall(PetscCalloc2(model->n_own, &model->mass, model->n_own, &model->borne));
   for (PetscInt c = 0; c < model->n_cells; c++) {
     const FemShape    *shape    = FemShapeGet((MeshCellType)model->cell_type[c]);
     const FemMaterial *material = &model->region[model->cell_material[c]].material;
@@ -171,9 +171,16 @@ PetscErrorCode FemSetUpMass(FemModel model)
 
       if (i < model->n_own) model->mass[i] += m[a];
     }
+    if (model->method == FEM_STATIC) FemBodyMass(shape, material->density, w, m);
+    for (PetscInt a = 0; a < shape->nodes; a++) {
+      const PetscInt i = model->cell_node[model->cell_start[c] + a];
+
+      if (i < model->n_own) model->borne[i] += m[a];
+    }
     for (PetscInt q = 0; q < shape->points && model->own[c]; q++) model->scale += 0.5 * material->young * w[q];
   }
   for (PetscInt i = 0; i < model->n_own && model->extra_mass; i++) model->mass[i] += model->extra_mass[i];
+  if (model->method != FEM_STATIC) PetscCall(PetscArraycpy(model->borne, model->mass, model->n_own)); /* a falling body must not deform */
   PetscCall(FemSum(model, 1, &model->scale));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -44,7 +44,7 @@ static PetscReal Volume(const Mesh *mesh, const char *name)
   for (PetscInt k = 0; k < g->n_cells; k++) {
     const PetscInt  c     = g->cell[k], *node = &mesh->node[mesh->start[c]];
     const FemShape *shape = FemShapeGet(mesh->type[c]);
-    PetscReal       x[24], dN[192], w[8], N[4], n[12];
+    PetscReal       x[FEM_MAX_DOFS], dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], N[9], n[27];
 
     if (shape && shape->dim == mesh->dim) {
       for (PetscInt a = 0; a < shape->nodes; a++)
