@@ -27,7 +27,8 @@ typedef struct {
 } FemShape;
 
 const FemShape *FemShapeGet(MeshCellType type); /* NULL when not covered */
-/* Shape functions and reference gradients anywhere. Eq. (2.5), (2.30). For set-up: slow. */
+/* Shape functions [nodes] and their reference gradients [nodes][3] anywhere in (or outside) the reference element. Eqs (2.5), (2.30).
+   For set-up and looking up: slow. Lines too. */
 void FemShapeAt(MeshCellType type, const PetscReal xi[3], PetscReal N[], PetscReal dN[][3]);
 
 /* Lame constants [Pa] that act in the plane or the solid.  Eq. (2.3), (2.4) */
