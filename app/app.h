@@ -45,17 +45,17 @@ typedef struct {
   PetscInt dim; /* of its cells; a face of a DEM body is dim - 1, a tool -1 */
 } AppGroup;
 
-typedef enum { APP_FIX, APP_TRACTION, APP_PRESSURE, APP_GRAVITY } AppLoadKind;
+typedef enum { APP_FIX, APP_TRACTION, APP_PRESSURE, APP_GRAVITY, APP_SYMMETRY, APP_FORCE, APP_LINE_LOAD } AppLoadKind;
 
 /* One thing a condition asks for, with the scene path to point at when it is refused. */
 typedef struct {
   AppLoadKind kind;
   char        path[256];
   char        group[128];
-  PetscInt    component;  /* of APP_FIX, APP_TRACTION */
+  PetscInt    component;  /* of APP_FIX, APP_TRACTION, APP_FORCE, APP_LINE_LOAD */
   PetscBool   velocity;   /* APP_FIX: the table is a velocity [m/s], not a displacement [m] */
   PetscReal   gravity[3]; /* [m/s2] */
-  Table       table;      /* m, m/s or Pa; owned */
+  Table       table;      /* m, m/s, Pa, N or N/m; owned */
 } AppLoad;
 
 typedef struct {

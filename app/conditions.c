@@ -89,7 +89,7 @@ static PetscErrorCode ReadFix(AppCase *c, const char *at, const char *group)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* velocity, displacement and traction: a table per direction. */
+/* velocity, displacement, traction, force and line_load: a table per direction. */
 static PetscErrorCode ReadDirections(AppCase *c, const char *at, const char *key, const AppGroup *group)
 {
   PetscFunctionBegin;
@@ -102,10 +102,10 @@ static PetscErrorCode ReadDirections(AppCase *c, const char *at, const char *key
     PetscCall(SceneHas(c->scene, path, &has));
     if (!has) continue;
     PetscCall(SceneGetTable(c->scene, path, &table));
-    if (!strcmp(key, "traction")) {
+    if (!strcmp(key, "traction") || !strcmp(key, "force") || !strcmp(key, "line_load")) {
       AppLoad *load;
 
-      PetscCall(AddLoad(c, APP_TRACTION, path, group->name, &load));
+      PetscCall(AddLoad(c, key[0] == 't' ? APP_TRACTION : key[0] == 'f' ? APP_FORCE : APP_LINE_LOAD, path, group->name, &load));
       load->component = d;
       PetscCall(TableCopy(&table, &load->table));
     } else PetscCall(AddFix(c, path, group->name, d, !strcmp(key, "velocity") ? PETSC_TRUE : PETSC_FALSE, &table));
@@ -145,6 +145,57 @@ static PetscBool FlatAcross(const DemBody *body, PetscInt face, PetscInt axis)
   for (PetscInt k = 0; k < body->start[body->n_pieces]; k++)
     if (body->face[k] == face && PetscAbsReal(PetscAbsReal(body->plane[4 * k + axis]) - 1) > 1e-9) return PETSC_FALSE;
   return PETSC_TRUE;
+}
+
+/* On finite elements a plane in any direction; a face of particles is a smooth platen across an axis. */
+static PetscErrorCode ReadSymmetry(AppCase *c, const char *at, const AppGroup *group)
+{
+  char      path[256];
+  PetscBool on;
+  AppLoad  *load;
+  Table     zero = {0};
+
+  PetscFunctionBegin;
+  Path(path, "%s.symmetry", at);
+  PetscCall(SceneHas(c->scene, path, &on));
+  if (on) PetscCall(SceneGetBool(c->scene, path, &on));
+  if (!on) PetscFunctionReturn(PETSC_SUCCESS);
+  if (group->dim != c->dim - 1) PetscCall(SceneFail(c->scene, path, "symmetry is of a plane; '%s' is a group of dimension %d, not %d", group->name, (int)group->dim, (int)c->dim - 1));
+  if (c->method != APP_DEM) {
+    PetscCall(AddLoad(c, APP_SYMMETRY, path, group->name, &load));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(TableCreateConstant(0, &zero));
+  for (PetscInt f = 0; f < c->body.n_faces; f++)
+    for (PetscInt d = 0; d < c->dim && !strcmp(c->body.face_name[f], group->name); d++)
+      if (FlatAcross(&c->body, f, d)) {
+        PetscCall(AddFix(c, path, group->name, d, PETSC_FALSE, &zero));
+        PetscCall(TableDestroy(&zero));
+        PetscFunctionReturn(PETSC_SUCCESS);
+      }
+  PetscCall(SceneFail(c->scene, path, "'%s' is not a flat face across x, y or z; particles have planes of symmetry there only", group->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A total force and a force per line are spread over element nodes; particles carry loads per area of their faces. */
+static PetscErrorCode ReadForces(AppCase *c, const char *at, const AppGroup *group)
+{
+  static const char *const keys[] = {"force", "line_load"};
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < 2; k++) {
+    char      path[256];
+    PetscBool has;
+
+    Path(path, "%s.%s", at, keys[k]);
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (!has) continue;
+    if (c->method == APP_DEM) PetscCall(SceneFail(c->scene, path, "%s acts on finite elements; load a face of particles by traction or pressure", keys[k]));
+    if (k == 0 && group->dim == c->dim) PetscCall(SceneFail(c->scene, path, "'%s' is a part of the body itself; a force acts on points, lines or sides, gravity on mass", group->name));
+    if (k == 1 && group->dim != 1) PetscCall(SceneFail(c->scene, path, "a force per length acts on lines, and '%s' is a group of dimension %d", group->name, (int)group->dim));
+    PetscCall(ReadDirections(c, at, keys[k], group));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* A platen is smooth (a flat face moves along its own normal alone) or glued (all components); held and loaded exclude each other. */
@@ -201,6 +252,8 @@ static PetscErrorCode ReadCondition(AppCase *c, PetscInt i)
   if (!group) PetscCall(FailNoGroup(c, path, name));
 
   PetscCall(ReadFix(c, at, group->name));
+  PetscCall(ReadSymmetry(c, at, group));
+  PetscCall(ReadForces(c, at, group));
   PetscCall(ReadDirections(c, at, "velocity", group));
   PetscCall(ReadDirections(c, at, "displacement", group));
   Path(path, "%s.traction", at);
@@ -298,6 +351,15 @@ static PetscErrorCode ApplyFem(AppCase *c, const AppLoad *l)
     direction[l->component] = 1;
     AppCallAt(c->scene, l->path, FemModelAddTraction(c->fem, l->group, direction, &l->table));
     break;
+  case APP_FORCE:
+    direction[l->component] = 1;
+    AppCallAt(c->scene, l->path, FemModelAddForce(c->fem, l->group, direction, &l->table));
+    break;
+  case APP_LINE_LOAD:
+    direction[l->component] = 1;
+    AppCallAt(c->scene, l->path, FemModelAddLineLoad(c->fem, l->group, direction, &l->table));
+    break;
+  case APP_SYMMETRY: AppCallAt(c->scene, l->path, FemModelSetSymmetry(c->fem, l->group)); break;
   case APP_PRESSURE: AppCallAt(c->scene, l->path, FemModelAddPressure(c->fem, l->group, &l->table)); break;
   case APP_GRAVITY: AppCallAt(c->scene, l->path, FemModelSetGravity(c->fem, l->gravity)); break;
   }
@@ -315,6 +377,9 @@ static PetscErrorCode ApplyDem(AppCase *c, const AppLoad *l)
     direction[l->component] = 1;
     AppCallAt(c->scene, l->path, DemModelAddTraction(c->dem, l->group, direction, &l->table));
     break;
+  case APP_SYMMETRY:
+  case APP_FORCE:
+  case APP_LINE_LOAD: PetscCall(SceneFail(c->scene, l->path, "'%s' is on the particles' side of the coupled body, which takes fix, traction and pressure", l->group)); break;
   case APP_PRESSURE: AppCallAt(c->scene, l->path, DemModelAddPressure(c->dem, l->group, &l->table)); break;
   case APP_GRAVITY: AppCallAt(c->scene, l->path, DemModelSetGravity(c->dem, l->gravity)); break;
   }

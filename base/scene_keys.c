@@ -109,6 +109,11 @@ static const SceneKey keys[] = {
   {"conditions[].traction",                    SCENE_MAP,    "",      NULL,        NULL,         NULL, "2.8, 4.8",   "force per area of the undeformed face", 0},
   XYZ("conditions[].traction",                               "Pa",    NULL, "2.8, 4.8", "traction", 0),
   {"conditions[].pressure",                    SCENE_TABLE,  "Pa",    NULL,        NULL,         NULL, "2.8, 4.8",   "positive pushes into the body", 0},
+  {"conditions[].symmetry",                    SCENE_BOOL,   "",      NULL,        NULL,         NULL, "2.70",  "no motion along the normal of this flat group, whatever its direction", 0},
+  {"conditions[].force",                       SCENE_MAP,    "",      NULL,        NULL,         NULL, "2.75",  "total force on the group: spread by area, by length, or over its points alike", 0},
+  XYZ("conditions[].force",                                  "N",     NULL, "2.75", "force", 0),
+  {"conditions[].line_load",                   SCENE_MAP,    "",      NULL,        NULL,         NULL, "2.75",  "force per length of a group of lines", 0},
+  XYZ("conditions[].line_load",                              "N/m",   NULL, "2.75", "force per length", 0),
   {"conditions[].gravity",                     SCENE_VECTOR, "m/s2",  NULL,        NULL,         NULL, "2.8",   "acts on every body; stands alone, without group", 0},
 
   {"contact",                                  SCENE_MAP,    "",      NULL,        NULL,         NULL, "5",   "where unbonded particles meet", SCENE_LATER},

@@ -258,7 +258,7 @@ static PetscErrorCode CheckMotions(Scene scene, SceneNode condition, PetscInt in
 
 static PetscErrorCode CheckCondition(Scene scene, SceneNode condition, PetscInt index)
 {
-  static const char *const acts[] = {"fix", "velocity", "displacement", "traction", "pressure"};
+  static const char *const acts[] = {"fix", "symmetry", "velocity", "displacement", "traction", "pressure", "force", "line_load"};
   const SceneNode          group = SceneNodeChild(condition, "group"), body = SceneNodeChild(condition, "body"), gravity = SceneNodeChild(condition, "gravity"), fix = SceneNodeChild(condition, "fix"),
                   bodies = SceneNodeChild(scene->root, "bodies");
   PetscBool body_good = PETSC_TRUE;
@@ -266,7 +266,7 @@ static PetscErrorCode CheckCondition(Scene scene, SceneNode condition, PetscInt 
 
   PetscFunctionBegin;
   if (condition->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < 5; k++) {
+  for (PetscInt k = 0; k < 8; k++) {
     const SceneNode act = SceneNodeChild(condition, acts[k]);
 
     if (!act) continue;
@@ -278,7 +278,7 @@ static PetscErrorCode CheckCondition(Scene scene, SceneNode condition, PetscInt 
   if (gravity && group) PetscCall(SceneFaultKey(scene, group, "gravity acts on every body; take the group out"));
   if (gravity && body) PetscCall(SceneFaultKey(scene, body, "gravity acts on every body; take the body out"));
   if (gravity) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!n) PetscCall(SceneFaultKey(scene, condition, "conditions[%d] does nothing; give one of fix, velocity, displacement, traction, pressure, gravity", (int)index));
+  if (!n) PetscCall(SceneFaultKey(scene, condition, "conditions[%d] does nothing; give one of fix, symmetry, velocity, displacement, traction, pressure, force, line_load, gravity", (int)index));
   if (n && !group) PetscCall(SceneFaultKey(scene, condition, "conditions[%d] has no 'group'; name the group it acts on", (int)index));
   if (fix && scene->dimension == 2) {
     if (SceneNodeIs(fix, "z")) PetscCall(SceneFaultValue(scene, fix, "fix: z, but the scene has dimension: 2; allowed: x, y, all"));

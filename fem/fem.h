@@ -35,9 +35,15 @@ PetscErrorCode FemModelAddMaterial(FemModel model, const char *group, const FemM
 
 /* component 0..dim-1; the table's integral is the displacement when motion is FEM_VELOCITY. Any group dimension. */
 PetscErrorCode FemModelFix(FemModel model, const char *group, PetscInt component, FemMotion motion, const Table *table);
+/* No motion along the normal of a flat facet group, whatever its direction; planes may meet. Eqs (2.70)-(2.74) */
+PetscErrorCode FemModelSetSymmetry(FemModel model, const char *group);
 /* traction [Pa] = direction x table on a facet group; pressure [Pa] positive when it pushes into the body. */
 PetscErrorCode FemModelAddTraction(FemModel model, const char *group, const PetscReal direction[3], const Table *table);
 PetscErrorCode FemModelAddPressure(FemModel model, const char *group, const Table *table);
+/* Total force [N] = direction x table: over a facet group by area, an edge group by length, points alike; force per length [N/m] on an
+   edge group. Eq. (2.75) */
+PetscErrorCode FemModelAddForce(FemModel model, const char *group, const PetscReal direction[3], const Table *table);
+PetscErrorCode FemModelAddLineLoad(FemModel model, const char *group, const PetscReal direction[3], const Table *table);
 PetscErrorCode FemModelSetGravity(FemModel model, const PetscReal gravity[3]); /* [m/s2] */
 PetscErrorCode FemModelSetInitialVelocity(FemModel model, const PetscReal velocity[3]);
 PetscErrorCode FemModelSetDamping(FemModel model, PetscReal alpha); /* mass-proportional, [1/s]; explicit only */

@@ -102,6 +102,17 @@ static PetscErrorCode LargestRitz(PetscInt k, const PetscReal *a, const PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What prescribed axes of a frame hold is taken out; the mass of a node is the same in all directions, so scaling commutes. */
+static void FrameFree(FemModel model, PetscReal *a)
+{
+  if (!model->frame_of) return;
+  FemIntoFrames(model, a);
+  for (PetscInt f = 0; f < model->n_frames_own; f++)
+    for (PetscInt i = 0; i < model->dim; i++)
+      if (model->frame_fix[f * model->dim + i] >= 0) a[model->frame_node[f] * model->dim + i] = 0;
+  FemOutOfFrames(model, a);
+}
+
 /* Lanczos on M^-1/2 K M^-1/2 of the free dofs until the residual is below tolerance x theta; the largest eigenvalue. */
 static PetscErrorCode LargestEigenvalue(FemModel model, PetscReal tolerance, PetscReal *theta)
 {
@@ -115,6 +126,7 @@ static PetscErrorCode LargestEigenvalue(FemModel model, PetscReal tolerance, Pet
     q[k]     = scale[k] > 0 ? Scatter((PetscInt64)model->gid[k / model->dim] * model->dim + k % model->dim) : 0;
     q_old[k] = 0;
   }
+  FrameFree(model, q);
   beta = FemDot(model, q, q);
   PetscCall(FemSum(model, 1, &beta));
   beta   = PetscSqrtReal(beta);
@@ -125,7 +137,9 @@ static PetscErrorCode LargestEigenvalue(FemModel model, PetscReal tolerance, Pet
     for (PetscInt k = 0; k < n; k++) y[k] = scale[k] * q[k];
     PetscCall(FemGhosts(model, y));
     PetscCall(FemApply(model, y, r));
-    for (PetscInt k = 0; k < n; k++) r[k] = scale[k] * r[k] - beta * q_old[k];
+    for (PetscInt k = 0; k < n; k++) r[k] *= scale[k];
+    FrameFree(model, r);
+    for (PetscInt k = 0; k < n; k++) r[k] -= beta * q_old[k];
     a[j] = FemDot(model, r, q);
     PetscCall(FemSum(model, 1, &a[j]));
     for (PetscInt k = 0; k < n; k++) {

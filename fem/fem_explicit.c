@@ -20,69 +20,114 @@ PetscErrorCode FemExplicitSetUp(FemModel model)
   for (PetscInt k = 0; k < model->n_fixes; k++)
     BaseCheckInput(FemFixPosition(&model->fix[k], 0) == 0, model->comm, "Group '%s' stands %g m away from its place at t = 0; an explicit run starts from displacement 0", model->group[model->fix[k].group].name,
                    (double)FemFixPosition(&model->fix[k], 0));
-  for (PetscInt k = 0; k < model->n_own * dim; k++) {
-    model->v[k] = model->fixed[k] >= 0 ? FemFixVelocity(&model->fix[model->fixed[k]], 0) : model->velocity0[k % dim];
-    energy += 0.5 * model->mass[k / dim] * model->v[k] * model->v[k];
-  }
+  for (PetscInt k = 0; k < model->n_own * dim; k++) model->v[k] = model->velocity0[k % dim];
+  PetscCall(FemProject(model, FEM_HOLD_VELOCITY, 0, model->v));
+  for (PetscInt k = 0; k < model->n_own * dim; k++) energy += 0.5 * model->mass[k / dim] * model->v[k] * model->v[k];
   PetscCall(FemSum(model, 1, &energy));
   model->initial = energy;
   PetscCall(FemLoadsAt(model, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-  Close a level over dofs [from, to).  Eq. (2.17) free, (2.18) prescribed, (2.19) work and damping
+/* The half steps around a level: [s] before = 0 at the start, where v is the velocity itself. */
+typedef struct {
+  PetscReal before, after, h, keep, gain, alpha, local;
+  PetscBool start;
+} Level;
 
-  before, after [s]  half of the last and of the coming step; before = 0 at the start, where v is the velocity itself
-  sum [4]            out: work over the half step before and after, damping likewise
-*/
-static void CloseLevel(FemModel model, PetscInt from, PetscInt to, PetscReal before, PetscReal after, const PetscReal *place, PetscReal sum[4])
+/* Close a level for one dof: the coming velocity.  Eq. (2.17) free, (2.18) prescribed to be at `place`, (2.19) work and damping added to sum [4] */
+static inline PetscReal CloseDof(const Level *l, PetscReal m, PetscReal v, PetscReal u, PetscReal applied, PetscReal force, PetscBool held, PetscReal place, PetscReal *reaction, PetscReal *sum)
 {
-  const PetscInt  dim   = model->dim;
-  const PetscReal h     = before + after, alpha = model->alpha;
-  const PetscBool start = before > 0 ? PETSC_FALSE : PETSC_TRUE;
-  const PetscReal keep = start ? 1 - alpha * h : (1 - 0.5 * alpha * h) / (1 + 0.5 * alpha * h), gain = start ? h : h / (1 + 0.5 * alpha * h);
-  PetscReal       s[4] = {0, 0, 0, 0};
+  const PetscReal local = l->local * PetscAbsReal(force) * (v > 0 ? 1 : v < 0 ? -1 : 0); /* eq. (5.3) */
+  PetscReal       next = l->keep * v + l->gain * (force - local) / m, drag, pushed = applied, move_before, move_after;
+
+  if (held) next = l->after > 0 ? (place - u) / (2 * l->after) : v;
+  drag      = l->alpha * m * (l->start ? v : 0.5 * (v + next)) + (held ? 0 : local);
+  *reaction = 0;
+  if (held) {
+    *reaction = (l->h > 0 ? m * (next - v) / l->h : 0) + drag - force;
+    pushed += *reaction;
+  }
+  move_before = l->before * v;
+  move_after  = l->after * (l->start ? 0.5 * (v + next) : next);
+  sum[0] += pushed * move_before;
+  sum[1] += pushed * move_after;
+  sum[2] += drag * move_before;
+  sum[3] += drag * move_after;
+  return next;
+}
+
+/* Dofs [from, to) of nodes without a frame; sum [4] out: work over the half step before and after, damping likewise */
+static void CloseLevel(FemModel model, const Level *l, PetscInt from, PetscInt to, const PetscReal *place, PetscReal sum[4])
+{
+  const PetscInt dim  = model->dim;
+  PetscReal      s[4] = {0, 0, 0, 0};
 
   for (PetscInt k = from; k < to; k++) {
-    const PetscReal m = model->mass[k / dim], v = model->v[k], force = model->f_app[k] + model->f_ext[k] - model->f_int[k];
-    const PetscReal local = model->local * PetscAbsReal(force) * (v > 0 ? 1 : v < 0 ? -1 : 0); /* eq. (5.3) */
-    PetscReal       next = keep * v + gain * (force - local) / m, drag, pushed = model->f_app[k], reaction = 0, move_before, move_after;
+    const PetscInt fix = model->fixed[k];
 
-    if (model->fixed[k] >= 0) next = after > 0 ? (place[model->fixed[k]] - model->u[k]) / (2 * after) : v;
-    drag = alpha * m * (start ? v : 0.5 * (v + next)) + (model->fixed[k] < 0 ? local : 0);
-    if (model->fixed[k] >= 0) {
-      reaction = (h > 0 ? m * (next - v) / h : 0) + drag - force;
-      pushed += reaction;
-    }
-    move_before = before * v;
-    move_after  = after * (start ? 0.5 * (v + next) : next);
-    s[0] += pushed * move_before;
-    s[1] += pushed * move_after;
-    s[2] += drag * move_before;
-    s[3] += drag * move_after;
-    model->v_next[k]   = next;
-    model->reaction[k] = reaction;
+    if (model->frame_of && model->frame_of[k / dim] >= 0) continue;
+    model->v_next[k] = CloseDof(l, model->mass[k / dim], model->v[k], model->u[k], model->f_app[k], model->f_app[k] + model->f_ext[k] - model->f_int[k], fix >= 0 ? PETSC_TRUE : PETSC_FALSE, fix >= 0 ? place[fix] : 0,
+                                &model->reaction[k], s);
   }
   for (PetscInt k = 0; k < 4; k++) sum[k] = s[k];
+}
+
+/* Nodes with a frame, along its axes; adds to sum [4].  Eq. (2.73) */
+static void CloseFrames(FemModel model, const Level *l, const PetscReal *place, PetscReal sum[4])
+{
+  const PetscInt dim = model->dim;
+
+  for (PetscInt f = 0; f < model->n_frames_own; f++) {
+    const PetscInt k = model->frame_node[f] * dim;
+    PetscReal      next[3] = {0, 0, 0}, reaction[3] = {0, 0, 0};
+
+    for (PetscInt i = 0; i < dim; i++) {
+      const PetscReal *q = &model->frame[(f * dim + i) * dim];
+      const PetscInt   fix = model->frame_fix[f * dim + i];
+      PetscReal        v = 0, u = 0, applied = 0, force = 0, r, w;
+
+      for (PetscInt d = 0; d < dim; d++) {
+        v += q[d] * model->v[k + d];
+        u += q[d] * model->u[k + d];
+        applied += q[d] * model->f_app[k + d];
+        force += q[d] * (model->f_app[k + d] + model->f_ext[k + d] - model->f_int[k + d]);
+      }
+      w = CloseDof(l, model->mass[k / dim], v, u, applied, force, fix >= 0 ? PETSC_TRUE : PETSC_FALSE, fix >= 0 ? place[fix] : 0, &r, sum);
+      for (PetscInt d = 0; d < dim; d++) {
+        next[d] += w * q[d];
+        reaction[d] += r * q[d];
+      }
+    }
+    for (PetscInt d = 0; d < dim; d++) {
+      model->v_next[k + d]   = next[d];
+      model->reaction[k + d] = reaction[d];
+    }
+  }
 }
 
 PetscErrorCode FemExplicitLevel(FemModel model, PetscReal dt)
 {
   const PetscInt  n = model->n_own * model->dim, chunks = (n + CHUNK - 1) / CHUNK;
-  const PetscReal before = model->started ? 0.5 * model->dt_last : 0;
+  const PetscReal before = model->started ? 0.5 * model->dt_last : 0, h = before + 0.5 * dt, alpha = model->alpha;
+  Level           level = {before, 0.5 * dt, h, (1 - 0.5 * alpha * h) / (1 + 0.5 * alpha * h), h / (1 + 0.5 * alpha * h), alpha, model->local, before > 0 ? PETSC_FALSE : PETSC_TRUE};
   PetscReal      *place, (*sum)[4];
 
   PetscFunctionBegin;
   if (model->level_known && model->level_dt == dt) PetscFunctionReturn(PETSC_SUCCESS);
+  if (level.start) {
+    level.keep = 1 - alpha * h;
+    level.gain = h;
+  }
   PetscCall(PetscMalloc2(model->n_fixes, &place, chunks, &sum));
   for (PetscInt k = 0; k < model->n_fixes; k++) place[k] = FemFixPosition(&model->fix[k], model->t + dt);
 #pragma omp parallel for schedule(static) num_threads(model->threads)
-  for (PetscInt c = 0; c < chunks; c++) CloseLevel(model, c * CHUNK, PetscMin(n, (c + 1) * CHUNK), before, 0.5 * dt, place, sum[c]);
+  for (PetscInt c = 0; c < chunks; c++) CloseLevel(model, &level, c * CHUNK, PetscMin(n, (c + 1) * CHUNK), place, sum[c]);
   for (PetscInt j = 0; j < 4; j++) {
     model->level_sum[j] = 0;
     for (PetscInt c = 0; c < chunks; c++) model->level_sum[j] += sum[c][j];
   }
+  CloseFrames(model, &level, place, model->level_sum);
   PetscCall(PetscFree2(place, sum));
   model->level_known = PETSC_TRUE;
   model->level_dt    = dt;

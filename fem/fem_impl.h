@@ -23,6 +23,8 @@ typedef struct {
   PetscInt *cell; /* [n_cells] local elements; dim == model's */
   PetscInt  n_facets;
   PetscInt *facet_cell, *facet_face; /* [n_facets] element and side; dim == model's - 1 */
+  PetscReal *share;                  /* [n_nodes] of points and lines that are no facets: length [m] or number each node stands for; NULL */
+  PetscReal  share_all;              /* their sum over the whole group */
   PetscInt  interior, loose;         /* facets with an element on both sides, with none; of the whole mesh */
   PetscInt  n_nodes_global;
 } FemGroup;
@@ -33,7 +35,23 @@ typedef struct {
   Table     table;
 } FemFix;
 
-typedef enum { FEM_TRACTION, FEM_PRESSURE } FemLoadKind;
+/* A plane of symmetry: no motion along the normal. straight: the normal is an axis, and a fix holds it. */
+typedef struct {
+  PetscInt  group;
+  PetscReal normal[3];
+  PetscBool straight;
+} FemMirror;
+
+/* What FemProject() puts where motion is prescribed. */
+typedef enum { FEM_HOLD_ZERO, FEM_HOLD_POSITION, FEM_HOLD_VELOCITY } FemHold;
+
+/* One side of an element with its shape-function integrals.  Eq. (2.8) */
+typedef struct {
+  PetscInt  n, node[FEM_MAX_FACE_NODES];
+  PetscReal x[3 * FEM_MAX_FACE_NODES], N_dA[FEM_MAX_FACE_NODES], N_n_dA[3 * FEM_MAX_FACE_NODES];
+} FemSide;
+
+typedef enum { FEM_TRACTION, FEM_PRESSURE, FEM_FORCE, FEM_LINE_LOAD } FemLoadKind;
 
 /* Nodal forces of a unit value on owned nodes; the table scales them. */
 typedef struct {
@@ -51,7 +69,7 @@ typedef struct {
   FemMaterial material;
 } FemRegion;
 
-typedef enum { FEM_HIST_REACTION, FEM_HIST_DISPLACEMENT, FEM_HIST_VELOCITY, FEM_HIST_OPENING } FemQuantity;
+typedef enum { FEM_HIST_REACTION, FEM_HIST_DISPLACEMENT, FEM_HIST_VELOCITY, FEM_HIST_OPENING, FEM_HIST_NORMAL } FemQuantity;
 
 typedef struct {
   FemQuantity quantity;
@@ -115,9 +133,10 @@ struct _p_FemModel {
   unsigned char *vtk_all;
 
   /* what the user asked for */
-  PetscInt    n_regions, n_fixes, n_loads, n_history;
+  PetscInt    n_regions, n_fixes, n_mirrors, n_loads, n_history;
   FemRegion  *region;
-  FemFix     *fix;
+  FemFix     *fix;    /* after set-up also the sums of motions that frames follow */
+  FemMirror  *mirror;
   FemLoad    *load;
   FemHistory *history;
   char      **history_name;
@@ -125,7 +144,12 @@ struct _p_FemModel {
 
   /* set up */
   FemElastic *law;    /* [n_regions] */
-  PetscInt   *fixed;  /* [n_loc*dim] index into fix, -1 = free */
+  PetscInt   *fixed;  /* [n_loc*dim] index into fix, -1 = free along this axis, or the node has a frame: FemHeld() knows both */
+  PetscInt    n_frames, n_frames_own; /* nodes with axes of their own, fem_frame.c; owned ones first */
+  PetscInt   *frame_of;   /* [n_loc] index of a node's frame, -1; NULL when there is none anywhere */
+  PetscInt   *frame_node; /* [n_frames] */
+  PetscInt   *frame_fix;  /* [n_frames][dim] index into fix of each axis, -1 = free; of ghosts only the sign means something */
+  PetscReal  *frame;      /* [n_frames][dim][dim] rows are the axes */
   PetscInt    n_fixed_own;
   PetscInt   *fixed_dof; /* [n_fixed_own] owned dofs, ascending */
   PetscReal  *mass;      /* [n_own] [kg] */
@@ -173,7 +197,26 @@ PetscErrorCode FemSetUpMaterials(FemModel model);
 PetscErrorCode FemSetUpFixes(FemModel model);
 PetscErrorCode FemSetUpMass(FemModel model);
 PetscErrorCode FemCheckRigidMotion(FemModel model);
+/* fem_frame.c: supports along directions of their own. Vectors a are [n_own*dim]. */
+PetscErrorCode FemSetUpFrames(FemModel model);
+PetscErrorCode FemFramesDestroy(FemModel model);
+/* Give the prescribed components of a (along x, y, z; frames included) their value at t; the free ones stay. The one way to
+   prescribe motion outside the static solver: a displacement, a velocity, or an increment or residual that must vanish there. */
+PetscErrorCode FemProject(FemModel model, FemHold hold, PetscReal t, PetscReal *a);
+/* reaction = f_int - f_app - f_ext where motion is prescribed, 0 elsewhere; the sum of squares of the rest, this rank's. */
+PetscErrorCode FemTakeReactions(FemModel model, PetscReal *out_of_balance);
+void           FemIntoFrames(FemModel model, PetscReal *a);  /* in place, nodes with a frame only */
+void           FemOutOfFrames(FemModel model, PetscReal *a);
+void           FemRowsIntoFrames(FemModel model);            /* the rows' blocks; then a matrix is solved in frames, held where FemHeld() >= 0 */
+/* Index into fix of dof k seen in its node's own axes, -1 = free. k of an owned node or, for the sign alone, of a ghost. */
+static inline PetscInt FemHeld(const struct _p_FemModel *model, PetscInt k)
+{
+  const PetscInt f = model->frame_of ? model->frame_of[k / model->dim] : -1;
+
+  return f < 0 ? model->fixed[k] : model->frame_fix[f * model->dim + k % model->dim];
+}
 /* fem_load.c */
+void           FemSideGet(FemModel model, PetscInt cell, PetscInt side, FemSide *s);
 PetscErrorCode FemSetUpLoads(FemModel model);
 PetscErrorCode FemLoadsAt(FemModel model, PetscReal t); /* f_app */
 PetscReal      FemFixPosition(const FemFix *fix, PetscReal t);

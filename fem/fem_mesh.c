@@ -438,6 +438,42 @@ static PetscErrorCode Distribute(FemModel model, const Mesh *mesh, const FemBody
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Points and lines that are no sides: how much of the group each node stands for. A node of a point group stands for one.  Eq. (2.75) */
+static PetscErrorCode GroupShares(FemModel model, const Mesh *mesh, const FemBody *body, PetscInt g)
+{
+  FemGroup  *group = &model->group[g];
+  PetscReal *all, *own;
+
+  PetscFunctionBegin;
+  if (group->dim >= model->dim - 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(group->n_nodes, &group->share));
+  for (PetscInt k = 0; k < group->n_nodes; k++) group->share[k] = 1;
+  group->share_all = group->n_nodes_global;
+  if (group->dim == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc2(model->rank == 0 ? model->N_nodes : 0, &all, model->n_own, &own));
+  group->share_all = 0;
+  for (PetscInt k = 0; model->rank == 0 && k < mesh->group[g].n_cells; k++) { /* chords: curved edges of second order count as two */
+    const PetscInt c = mesh->group[g].cell[k], n = mesh->start[c + 1] - mesh->start[c], *node = &mesh->node[mesh->start[c]];
+    PetscReal      length = 0;
+
+    for (PetscInt a = 0; a + 1 < n; a++) {
+      const PetscInt from = n == 2 ? 0 : a == 0 ? 0 : 2, to = n == 2 ? 1 : a == 0 ? 2 : 1;
+      PetscReal      square = 0;
+
+      for (PetscInt d = 0; d < 3; d++) square += PetscSqr(mesh->x[3 * node[to] + d] - mesh->x[3 * node[from] + d]);
+      length += PetscSqrtReal(square);
+    }
+    for (PetscInt a = 0; a < n; a++)
+      if (body->number[node[a]] >= 0) all[body->number[node[a]]] += length * (n == 2 ? 0.5 : a < 2 ? 1. / 6 : 2. / 3);
+    group->share_all += length;
+  }
+  PetscCallMPI(MPI_Bcast(&group->share_all, 1, MPIU_REAL, 0, model->comm));
+  PetscCall(FemScatter(model, model->home, 1, all, own));
+  for (PetscInt k = 0; k < group->n_nodes; k++) group->share[k] = own[group->node[k]];
+  PetscCall(PetscFree2(all, own));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What rank 0 keeps of the whole mesh for frames: nodes and elements in global order, an element's nodes in VTK's. */
 static PetscErrorCode KeepWhole(FemModel model, const Mesh *mesh, FemBody *body)
 {
@@ -498,6 +534,7 @@ PetscErrorCode FemModelSetMesh(FemModel model, const Mesh *mesh)
   PetscCall(FemAgree(model->comm, words));
   PetscCall(ShareCounts(model, mesh, &body));
   PetscCall(Distribute(model, mesh, &body));
+  for (PetscInt g = 0; g < model->n_groups; g++) PetscCall(GroupShares(model, mesh, &body, g));
   for (PetscInt g = 0; g < model->n_groups; g++) {
     PetscInt count[2] = {model->group[g].interior, model->group[g].loose};
 
@@ -526,6 +563,7 @@ PetscErrorCode FemMeshDestroy(FemModel model)
     FemGroup *group = &model->group[g];
 
     PetscCall(PetscFree(group->node));
+    PetscCall(PetscFree(group->share));
     PetscCall(PetscFree(group->cell));
     PetscCall(PetscFree2(group->facet_cell, group->facet_face));
   }

@@ -147,13 +147,18 @@ static PetscErrorCode AddLoad(FemModel model, const char *name, FemLoadKind kind
 {
   FemLoad         load = {.kind = kind};
   const FemGroup *group;
-  const char     *word = kind == FEM_TRACTION ? "traction" : "pressure";
+  const char     *word = kind == FEM_TRACTION ? "traction" : kind == FEM_PRESSURE ? "pressure" : kind == FEM_FORCE ? "force" : "load per length";
 
   PetscFunctionBegin;
   PetscCall(CheckOpen(model, PETSC_TRUE));
   PetscCall(FemFindGroup(model, name, &load.group));
   group = &model->group[load.group];
-  BaseCheckInput(group->dim == model->dim - 1, model->comm, "%s: group '%s' has dimension %d; a %s acts on a group of dimension %d", model->source, name, (int)group->dim, word, (int)model->dim - 1);
+  if (kind == FEM_FORCE)
+    BaseCheckInput(group->dim < model->dim, model->comm, "%s: group '%s' is a part of the body itself; a force acts on points, lines or sides of it, gravity on its mass", model->source, name);
+  else if (kind == FEM_LINE_LOAD)
+    BaseCheckInput(group->dim == 1, model->comm, "%s: group '%s' has dimension %d; a %s acts on a group of dimension 1", model->source, name, (int)group->dim, word);
+  else BaseCheckInput(group->dim == model->dim - 1, model->comm, "%s: group '%s' has dimension %d; a %s acts on a group of dimension %d", model->source, name, (int)group->dim, word, (int)model->dim - 1);
+  BaseCheckInput(group->n_nodes_global > 0, model->comm, "%s: group '%s' touches no node of the body, so a %s has nothing to act on", model->source, name, word);
   BaseCheckInput(!group->loose, model->comm, "%s: %d cells of group '%s' are not a side of any element of the body; a %s cannot act there", model->source, (int)group->loose, name, word);
   BaseCheckInput(kind == FEM_TRACTION || !group->interior, model->comm, "%s: %d cells of group '%s' lie inside the body; a pressure needs a free side", model->source, (int)group->interior, name);
   if (direction) PetscCall(PetscArraycpy(load.direction, direction, 3));
@@ -171,6 +176,16 @@ PetscErrorCode FemModelAddTraction(FemModel model, const char *group, const Pets
 PetscErrorCode FemModelAddPressure(FemModel model, const char *group, const Table *table)
 {
   return AddLoad(model, group, FEM_PRESSURE, NULL, table);
+}
+
+PetscErrorCode FemModelAddForce(FemModel model, const char *group, const PetscReal direction[3], const Table *table)
+{
+  return AddLoad(model, group, FEM_FORCE, direction, table);
+}
+
+PetscErrorCode FemModelAddLineLoad(FemModel model, const char *group, const PetscReal direction[3], const Table *table)
+{
+  return AddLoad(model, group, FEM_LINE_LOAD, direction, table);
 }
 
 PetscErrorCode FemModelSetGravity(FemModel model, const PetscReal gravity[3])
@@ -270,15 +285,26 @@ PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const ch
   entry.quantity = (FemQuantity)found;
   PetscCall(FemFindGroup(model, group, &entry.group));
   BaseCheckInput(model->group[entry.group].n_nodes_global > 0, model->comm, "%s: group '%s' touches no node of the body, so it has no %s", model->source, group, quantity);
-  PetscCall(PetscRealloc(sizeof(FemHistory) * (model->n_history + model->dim), &model->history));
-  PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + model->dim), &model->history_name));
-  PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + model->dim), &model->history_unit));
+  PetscCall(PetscRealloc(sizeof(FemHistory) * (model->n_history + model->dim + 1), &model->history));
+  PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + model->dim + 1), &model->history_name));
+  PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + model->dim + 1), &model->history_unit));
   if (entry.quantity == FEM_HIST_OPENING) PetscCall(FindLips(model, &entry));
   for (entry.component = 0; entry.component < (entry.quantity == FEM_HIST_OPENING ? 1 : model->dim); entry.component++) {
     char line[BASE_LINE];
 
     if (entry.quantity == FEM_HIST_OPENING) PetscCall(BaseFormat(line, "%s(%s)", quantity, group));
     else PetscCall(BaseFormat(line, "%s(%s).%c", quantity, group, "xyz"[entry.component]));
+    PetscCall(PetscStrallocpy(line, &model->history_name[model->n_history]));
+    model->history_unit[model->n_history] = units[found];
+    model->history[model->n_history++]    = entry;
+  }
+  for (PetscInt k = 0; k < model->n_mirrors; k++) { /* what a plane of symmetry carries, along its outward normal */
+    char line[BASE_LINE];
+
+    if (entry.quantity != FEM_HIST_REACTION || model->mirror[k].group != entry.group) continue;
+    PetscCall(PetscArraycpy(entry.axis, model->mirror[k].normal, 3));
+    entry.quantity = FEM_HIST_NORMAL;
+    PetscCall(BaseFormat(line, "%s(%s).normal", quantity, group));
     PetscCall(PetscStrallocpy(line, &model->history_name[model->n_history]));
     model->history_unit[model->n_history] = units[found];
     model->history[model->n_history++]    = entry;
@@ -389,6 +415,7 @@ PetscErrorCode FemModelDestroy(FemModel *model)
   PetscCall(PetscFree(m->load));
   PetscCall(PetscFree(m->law));
   PetscCall(PetscFree(m->fixed));
+  PetscCall(FemFramesDestroy(m));
   PetscCall(PetscFree(m->fixed_dof));
   PetscCall(PetscFree(m->cell_weight));
   PetscCall(PetscFree(m->extra_mass));

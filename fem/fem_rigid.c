@@ -178,14 +178,14 @@ PetscErrorCode FemCheckRigidMotion(FemModel model)
   for (PetscInt i = 0; i < model->n_own; i++)
     for (PetscInt d = 0; d < dim; d++) size[part[i]] = PetscMax(size[part[i]], PetscAbsReal(model->x[i * dim + d] - centre[4 * part[i] + d]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, size, (PetscMPIInt)n_parts, MPIU_REAL, MPIU_MAX, model->comm));
-  for (PetscInt k = 0; k < model->n_fixed_own; k++) {
-    const PetscInt i = model->fixed_dof[k] / dim, c = model->fixed_dof[k] % dim, p = part[i];
+  for (PetscInt k = 0; k < model->n_own * dim; k++) {
+    const PetscInt i = k / dim, f = model->frame_of ? model->frame_of[i] : -1, p = part[i];
     PetscReal      s[3] = {0, 0, 0}, r[6] = {0, 0, 0, 0, 0, 0};
 
+    if (FemHeld(model, k) < 0) continue;
     for (PetscInt d = 0; d < dim; d++) s[d] = (model->x[i * dim + d] - centre[4 * p + d]) / size[p];
-    r[c]               = 1;
-    r[3 + (c + 1) % 3] = s[(c + 2) % 3]; /* (e_a x s)_c */
-    r[3 + (c + 2) % 3] = -s[(c + 1) % 3];
+    for (PetscInt d = 0; d < dim; d++) r[d] = f < 0 ? d == k % dim : model->frame[f * dim * dim + k % dim * dim + d];
+    for (PetscInt d = 0; d < 3; d++) r[3 + d] = s[(d + 1) % 3] * r[(d + 2) % 3] - s[(d + 2) % 3] * r[(d + 1) % 3]; /* (e_d x s) . r */
     for (PetscInt a = 0; a < 6; a++)
       for (PetscInt b = 0; b < 6; b++) G[36 * p + 6 * a + b] += r[a] * r[b];
   }

@@ -120,6 +120,7 @@ PetscErrorCode FemSetUpFixes(FemModel model)
     SETERRQ(model->comm, PETSC_ERR_USER_INPUT, "%s: groups '%s' and '%s' move node %d along %c in two different ways; take it out of one of them", model->source, model->group[model->fix[pair[0]].group].name,
             model->group[model->fix[pair[1]].group].name, (int)tag, "xyz"[model->fix[pair[0]].component]);
   }
+  PetscCall(FemSetUpFrames(model)); /* takes the nodes with a frame out of fixed[] */
   for (PetscInt k = 0; k < model->n_own * dim; k++) {
     flag[k] = model->fixed[k];
     model->n_fixed_own += model->fixed[k] >= 0;

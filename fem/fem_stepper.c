@@ -89,10 +89,15 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
   for (PetscInt k = 0; k < group->n_nodes; k++) {
     const PetscInt dof = group->node[k] * model->dim + h->component;
 
+    if (h->quantity == FEM_HIST_NORMAL) {
+      for (PetscInt d = 0; d < model->dim; d++) sum += h->axis[d] * model->reaction[group->node[k] * model->dim + d];
+      continue;
+    }
+
     sum += h->quantity == FEM_HIST_REACTION ? model->reaction[dof] : h->quantity == FEM_HIST_DISPLACEMENT ? model->u[dof] : VelocityOf(model, dof);
   }
   PetscCall(FemSum(model, 1, &sum));
-  *value = h->quantity == FEM_HIST_REACTION ? sum : sum / group->n_nodes_global;
+  *value = h->quantity == FEM_HIST_REACTION || h->quantity == FEM_HIST_NORMAL ? sum : sum / group->n_nodes_global;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -104,8 +109,16 @@ static PetscErrorCode StepperUnbalanced(void *ctx, PetscReal *ratio)
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < model->n_own * model->dim; k++) {
-    if (model->fixed[k] < 0) {
-      sum[0] += PetscAbsReal(model->f_app[k] + model->f_ext[k] - model->f_int[k]);
+    PetscReal force = model->f_app[k] + model->f_ext[k] - model->f_int[k];
+
+    if (model->frame_of && model->frame_of[k / model->dim] >= 0) { /* along the frame's own axis */
+      const PetscReal *q = &model->frame[(model->frame_of[k / model->dim] * model->dim + k % model->dim) * model->dim];
+
+      force = 0;
+      for (PetscInt d = 0, j = k - k % model->dim; d < model->dim; d++) force += q[d] * (model->f_app[j + d] + model->f_ext[j + d] - model->f_int[j + d]);
+    }
+    if (FemHeld(model, k) < 0) {
+      sum[0] += PetscAbsReal(force);
       sum[1] += 1;
     }
     sum[2] += PetscAbsReal(model->f_int[k]);
@@ -244,8 +257,7 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint checkpoint)
   PetscCall(FemGhosts(model, model->u));
   PetscCall(FemForces(model));
   if (model->started || model->method == FEM_EXPLICIT) PetscCall(FemLoadsAt(model, model->t));
-  if (model->method == FEM_STATIC)
-    for (PetscInt k = 0; k < model->n_own * model->dim; k++) model->reaction[k] = model->fixed[k] >= 0 ? model->f_int[k] - model->f_app[k] - model->f_ext[k] : 0;
+  if (model->method == FEM_STATIC) PetscCall(FemTakeReactions(model, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -254,6 +254,7 @@ PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], Pe
   PetscCheck(model->ready && model->method == FEM_EXPLICIT && model->size == 1 && !model->started, model->comm, PETSC_ERR_ORDER, "Sub-steps are set on one rank, after set-up and before the first explicit step");
   PetscCheck(whole > 0, model->comm, PETSC_ERR_ORDER, "Ask for the critical step before elements are set apart");
   BaseCheckInput(m == 1 || model->operator == FEM_ROWS, model->comm, "Sub-steps need assembled rows; leave out -fem_elements, or take one step");
+  BaseCheckInput(m == 1 || !model->frame_of, model->comm, "%s: inclined planes of symmetry with sub-steps are not covered; take one step for both sides (coupling: {substeps: 1})", model->source);
   PetscCall(FemInnerDestroy(model));
   if (m == 1) {
     if (model->rows.value) PetscCall(FemRowsFill(model, NULL, PETSC_TRUE, model->rows.value));

@@ -117,7 +117,7 @@ static const struct {
   {1,  "time: {end: 1 ms, steps: 10}",              "1:19",  "'steps' belongs to time.method: static, and this run is explicit"                       },
   {1,  "time: {end: 1 ms, method: static, step: 1 us}", "1:35", "'step' belongs to time.method: explicit, and this run is static"                     },
   /* conditions, tables, tools */
-  {14, "  - {group: xmin}",                         "14:5",  "conditions[0] does nothing; give one of fix, velocity"                                  },
+  {14, "  - {group: xmin}",                         "14:5",  "conditions[0] does nothing; give one of fix, symmetry, velocity"                                  },
   {14, "  - {fix: x}",                              "14:5",  "conditions[0] has no 'group'"                                                           },
   {14, "  - {group: xmni, fix: x}",                 "14:13", "group 'xmni' is not there; did you mean 'xmin'?"                                        },
   {14, "  - {group: top, fix: x}",                  "14:13", "group 'top' is not there; allowed: xmin, xmax, ymin, ymax, zmin, zmax"                  },

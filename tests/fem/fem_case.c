@@ -79,6 +79,39 @@ PetscErrorCode CaseAddNodeGroups(Mesh *mesh, PetscInt n, const PetscInt node[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode CaseAddLine(Mesh *mesh, const char *name, const PetscReal a[3], const PetscReal b[3])
+{
+  PetscReal *along, length = 0;
+  PetscInt  *node, n = 0;
+  MeshGroup *g;
+
+  PetscFunctionBegin;
+  for (PetscInt d = 0; d < 3; d++) length += PetscSqr(b[d] - a[d]);
+  PetscCall(PetscMalloc2(mesh->n_nodes, &along, mesh->n_nodes, &node));
+  for (PetscInt i = 0; i < mesh->n_nodes; i++) {
+    PetscReal s = 0, off = 0;
+
+    for (PetscInt d = 0; d < 3; d++) s += (mesh->x[3 * i + d] - a[d]) * (b[d] - a[d]) / length;
+    for (PetscInt d = 0; d < 3; d++) off += PetscSqr(mesh->x[3 * i + d] - a[d] - s * (b[d] - a[d]));
+    if (off > 1e-16 * length || s < -1e-9 || s > 1 + 1e-9) continue;
+    along[n]  = s;
+    node[n++] = i;
+  }
+  PetscCall(PetscSortRealWithArrayInt(n, along, node));
+  PetscCall(Extend(mesh, n - 1, 2, n - 1));
+  for (PetscInt k = 0; k + 1 < n; k++) PetscCall(Append(mesh, MESH_LINE2, &node[k], 1, name));
+  g = &mesh->group[mesh->n_groups - (n - 1)]; /* one group of all */
+  PetscCall(PetscRealloc(sizeof(PetscInt) * (n - 1), &g->cell));
+  for (PetscInt k = 1; k + 1 < n; k++) {
+    g->cell[k] = mesh->group[mesh->n_groups - (n - 1) + k].cell[0];
+    PetscCall(PetscFree(mesh->group[mesh->n_groups - (n - 1) + k].cell));
+  }
+  g->n_cells = n - 1;
+  mesh->n_groups -= n - 2;
+  PetscCall(PetscFree2(along, node));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CaseSplitGroup(Mesh *mesh, const char *group, const char *prefix, PetscInt *n)
 {
   const MeshGroup *from;

@@ -14,6 +14,9 @@ PetscErrorCode CaseAddNodeGroups(Mesh *mesh, PetscInt n, const PetscInt node[]);
 /* A facet group "PREFIX I" for each cell of the group (rank 0); returns how many. */
 PetscErrorCode CaseSplitGroup(Mesh *mesh, const char *group, const char *prefix, PetscInt *n);
 
+/* A line group of the mesh's nodes on the straight line from a to b (rank 0). */
+PetscErrorCode CaseAddLine(Mesh *mesh, const char *name, const PetscReal a[3], const PetscReal b[3]);
+
 /* Nodes of the box's surface (or of one side, 2*d + max, when side >= 0). list is the caller's, [n_nodes]. */
 PetscInt CaseSurface(const Mesh *mesh, const PetscReal length[3], PetscInt side, PetscInt list[]);
 
