@@ -109,7 +109,7 @@ static PetscErrorCode NameAxes(PetscInt n, PetscReal axis[][3], const char *verb
     for (PetscInt i = 0; i < 3; i++) { /* the same words whatever the sign and round-off of an eigenvector */
       if (PetscAbsReal(Q[0][i]) < 1e-9) Q[0][i] = 0;
       if (sign == 0) sign = Q[0][i] > 0 ? 1 : Q[0][i] < 0 ? -1 : 0;
-      Q[0][i] *= sign;
+      if (Q[0][i] != 0) Q[0][i] *= sign;
     }
     PetscCall(BaseFormat(more, "%s%s %s (%.3g, %.3g, %.3g)", words[0] ? " and " : "", verb, preposition, (double)Q[0][0], (double)Q[0][1], (double)Q[0][2]));
     PetscCall(PetscStrlcat(words, more, BASE_LINE));
