@@ -1,6 +1,7 @@
 /* dem.h - bonded particles: everything another module may know. SI units. Eqs (4.x), (5.x), docs/theory.md */
 #pragma once
 #include "dem_cells.h"
+#include "dem_contact.h"
 #include "dem_failure.h"
 #include "run.h"
 #include "table.h"
@@ -29,6 +30,23 @@ typedef struct {
   PetscReal       *f_ext, *t_ext;  /* [3][n] force [N] and couple [N m] from outside (2D: about z, third row); the caller keeps them current */
 } DemState;
 
+typedef enum { DEM_DOMAIN_OPEN, DEM_DOMAIN_BOX, DEM_DOMAIN_PERIODIC } DemDomain;
+
+/* How particles that are not bonded meet.  Eqs (5.20)-(5.40) */
+typedef struct {
+  DemContactChoice choice;        /* of every pair without its own */
+  DemDomain        domain;
+  PetscReal        low[3], high[3]; /* of the box or the period; a period with low = high along an axis is open there */
+  PetscReal        skin;          /* of the neighbour list, in mean radii; 0: 0.3 */
+  PetscReal        deepest;       /* Hertz: largest overlap / radius the step is made for; 0: 0.01. A run that passes it stops */
+  PetscBool        push;          /* overlaps at the start push; default: they are stress-free until the pair has parted */
+} DemContactOptions;
+
+typedef struct {
+  PetscInt  searches, searched, pairs, touching, left; /* searched: particles that can meet a new partner */
+  PetscReal deepest;                                   /* overlap / radius so far */
+} DemContactCounts;
+
 /* A rigid plane: inside is n.(x - point) >= 0. */
 typedef struct {
   PetscReal point[3], normal[3];
@@ -49,7 +67,14 @@ PetscErrorCode DemModelSetWeights(DemModel model, const PetscReal mass[], const 
 /* A face that is no surface: the body goes on as another model, whose motion completes the dilation of the cells behind it.  Eq. (6.6) */
 PetscErrorCode DemModelFindFace(DemModel model, const char *name, PetscInt *face); /* -1 when absent */
 PetscErrorCode DemModelSetRim(DemModel model, const char *face);
-PetscErrorCode DemModelSetBonded(DemModel model, PetscBool bonded); /* default true */
+PetscErrorCode DemModelSetBonded(DemModel model, PetscBool bonded); /* default true; loose grains need no cells: call it before DemModelSetBody() with NULL */
+
+/* Contacts by these rules; without this call unbonded particles pass through each other. */
+PetscErrorCode DemModelSetContact(DemModel model, const DemContactOptions *options);
+/* Materials of the particles [packing's order], for loose grains, and the choice of one pair of them. */
+PetscErrorCode DemModelSetGrainMaterials(DemModel model, PetscInt n, const DemMaterial material[], const PetscInt of[]);
+PetscErrorCode DemModelSetContactPair(DemModel model, PetscInt a, PetscInt b, const DemContactChoice *choice);
+PetscErrorCode DemModelGetContactCounts(DemModel model, DemContactCounts *counts);
 
 /* Facet platens on a named face. Along the face's own normal alone: smooth. All components: glued. Other
    combinations are refused.  Eqs (4.10), (4.11) */

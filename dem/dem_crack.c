@@ -185,6 +185,7 @@ static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const Pe
   PetscReal       tangent[3], slip[3], el[3], length = 0, most;
   const PetscReal normal = Closed(bond, tangent);
 
+  if (crack->state[k] & DEM_BOND_PARTED) return PETSC_FALSE; /* an ordinary contact now */
   if (normal >= 0) {
     if (advance) ToParticle(model, wide, model->bonds.ip[k], copy, tangent, crack->slip + 3 * k);
     return PETSC_FALSE;
@@ -207,6 +208,24 @@ static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const Pe
   for (PetscInt c = 0; c < 3; c++) force[c] = stiff * (normal * bond->n[c] + el[c]);
   if (energy) *energy = 0.5 * stiff * (normal * normal + Dot3(el, el));
   return PETSC_TRUE;
+}
+
+PetscBool DemCrackClosed_Internal(DemModel model, PetscInt e)
+{
+  const DemBonds *bonds = &model->bonds;
+  const PetscInt  n = model->n, p = bonds->p[e], q = bonds->q[e];
+  PetscReal       ra[3] = {0}, rb[3] = {0}, y[3] = {0}, ta[3], tb[3], tn[3], normal = 0;
+
+  for (PetscInt c = 0; c < model->dim; c++) {
+    ra[c] = bonds->arm[c * bonds->n + e];
+    y[c]  = model->x0[c * n + q] - model->x0[c * n + p];
+    rb[c] = ra[c] - y[c];
+  }
+  DemTurn(model->dim, n, p, model->rot, ra, ta);
+  DemTurn(model->dim, n, q, model->rot, rb, tb);
+  DemTurn(model->dim, n, p, model->rot, y, tn);
+  for (PetscInt c = 0; c < model->dim; c++) normal += (model->u[c * n + q] - model->u[c * n + p] + tb[c] - ta[c]) * (y[c] + tn[c]);
+  return (PetscBool)(normal < 0);
 }
 
 void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, PetscInt flags)

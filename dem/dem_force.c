@@ -151,11 +151,35 @@ static void BlockGather(DemModel model, PetscInt b, PetscInt flags)
   }
 }
 
+/* Loose grains: weight and what comes from outside; contacts are added later. */
+static void LooseForces(DemModel model, PetscInt flags)
+{
+  const PetscInt n = model->n;
+
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscReal g = flags & DEM_WITH_LOADS ? model->gravity[d] : 0, *mass = model->mass;
+    PetscReal      *f = model->f + d * n, *t = model->torque + d * n;
+
+    for (PetscInt p = 0; p < n; p++) {
+      f[p] = g * mass[p];
+      t[p] = 0;
+    }
+  }
+  if (model->f_ext && (flags & DEM_WITH_LOADS)) {
+    for (PetscInt i = 0; i < model->dim * n; i++) model->f[i] += model->f_ext[i];
+    for (PetscInt i = 0; i < model->nrot * n; i++) model->torque[i] += model->t_ext[model->dim == 2 ? 2 * n + i : i];
+  }
+}
+
 PetscErrorCode DemForces_Internal(DemModel model, PetscInt flags)
 {
   const PetscInt n_blocks = model->blocks.n_blocks;
 
   PetscFunctionBegin;
+  if (!model->bonded) {
+    LooseForces(model, flags);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (model->crack.awake && (flags & DEM_WITH_FAILURE) && model->crack.steps++ % DEM_STRESS_EVERY == 0) PetscCall(DemCracksLook_Internal(model));
 #pragma omp parallel num_threads((int)model->threads)
   {
@@ -180,6 +204,8 @@ PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy)
   PetscReal      sum = 0;
 
   PetscFunctionBegin;
+  *energy = 0;
+  if (!model->bonded) PetscFunctionReturn(PETSC_SUCCESS);
 #pragma omp parallel num_threads((int)model->threads)
   {
     PetscReal *copy = model->scratch[omp_get_thread_num()];

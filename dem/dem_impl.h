@@ -8,6 +8,7 @@
 */
 #pragma once
 #include "dem.h"
+#include "dem_contacts.h"
 
 #define DEM_BLOCK 256 /* particles; state of block and halo stays in a 512 kB second-level cache (72 kB in 3D) */
 #define DEM_CHUNK 64  /* bonds treated together: their results stay in the first-level cache */
@@ -102,7 +103,7 @@ typedef struct {
   PetscReal     *release; /* [n] energy release Y = -dE/dD a step ago [J] */
   PetscReal     *rub;    /* [n] friction [J] */
   PetscReal     *time;   /* [n] of first damage [s] */
-  unsigned char *state;  /* [n] bit 0 watched, 1 tension broke it, 2 shear broke it, 3 much traction, 7 may not break */
+  unsigned char *state;  /* [n] bit 0 watched, 1 tension broke it, 2 shear broke it, 3 much traction, 4 its particles have parted, 7 may not break */
   unsigned char *awake;  /* [blocks] some bond is watched or damaged */
   PetscReal     *stress; /* [n particles][6] stress x volume, when last looked at */
   PetscReal     *slot_stress; /* [slots][6] */
@@ -118,7 +119,7 @@ typedef struct {
   unsigned char *mode;
 } DemCrackState;
 
-enum { DEM_BOND_WATCHED = 1, DEM_BOND_TENSION = 2, DEM_BOND_SHEAR = 4, DEM_BOND_LOADED = 8, DEM_BOND_KEPT = 128 };
+enum { DEM_BOND_WATCHED = 1, DEM_BOND_TENSION = 2, DEM_BOND_SHEAR = 4, DEM_BOND_LOADED = 8, DEM_BOND_PARTED = 16, DEM_BOND_KEPT = 128 };
 
 struct _p_DemModel {
   MPI_Comm  comm;
@@ -154,6 +155,14 @@ struct _p_DemModel {
   PetscReal *sum, *dilation; /* [n] S_p, and weight x S_p / V*_p */
   PetscReal *share;      /* [n] weight of the volumetric energy; NULL = 1 (coupling) */
   PetscReal *f_ext, *t_ext; /* [3][n] force and couple from outside, NULL unless lent */
+
+  PetscInt     n_grain_kinds; /* loose grains of several materials */
+  DemMaterial *grain_kind;
+  PetscInt    *grain_of;      /* [n] packing's order */
+  PetscInt          n_pair_choices;
+  PetscInt         *pair_of;  /* [n_pair_choices][2] */
+  DemContactChoice *pair_choice;
+  DemContacts contacts;
 
   DemBonds  bonds;
   DemBlocks blocks;
@@ -228,11 +237,26 @@ PetscErrorCode DemCracksDestroy_Internal(DemModel model);
 PetscErrorCode DemCracksLook_Internal(DemModel model); /* stresses, opening directions, which blocks are awake */
 void      DemCracksSum_Internal(DemModel model, PetscInt block, PetscReal *copy);
 void      DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, PetscInt flags);
+PetscBool DemCrackClosed_Internal(DemModel model, PetscInt e); /* the broken part of bond e is pressed shut */
 PetscReal DemCracksEnergy_Internal(DemModel model, PetscInt block, PetscReal *copy); /* of closed, broken parts */
 
 /* dem_tool.c: contact of surface particles with the tools, added to f and torque */
 PetscErrorCode DemToolsForce_Internal(DemModel model, PetscReal dt);
 PetscReal      DemToolsEnergy_Internal(DemModel model);
+
+/* dem_contacts.c: search; dem_contacts_force.c: forces, added to f and torque; dt [s] since the last evaluation */
+PetscErrorCode DemSetUpContacts_Internal(DemModel model);
+PetscErrorCode DemContactsDestroy_Internal(DemModel model);
+PetscErrorCode DemContactsSearch_Internal(DemModel model);
+PetscErrorCode DemContactsBlocks_Internal(DemModel model);
+PetscErrorCode DemContactsWho_Internal(DemModel model);
+PetscErrorCode DemContactsRoom_Internal(DemModel model, PetscInt room);
+PetscErrorCode DemContactsForce_Internal(DemModel model, PetscReal dt);
+PetscReal      DemContactsEnergy_Internal(DemModel model);
+PetscReal      DemContactsRate_Internal(DemModel model, PetscReal *drag); /* bounds of K/m [1/s2] and C/m [1/s].  Eq. (5.36) */
+PetscReal      DemDampedStep_Internal(PetscReal rate, PetscReal drag);
+PetscErrorCode DemContactsSave_Internal(DemModel model, Checkpoint c);
+PetscErrorCode DemContactsLoad_Internal(DemModel model, Checkpoint c);
 
 /* dem_step.c */
 PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt);

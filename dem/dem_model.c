@@ -88,7 +88,8 @@ PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPac
   PetscFunctionBegin;
   PetscCheck(!model->packing.n, model->comm, PETSC_ERR_ORDER, "A DemModel takes one body");
   BaseCheckInput(packing->n > 0, model->comm, "The packing holds no particle");
-  PetscCheck(packing->n == cells->n, model->comm, PETSC_ERR_ARG_SIZ, "%" PetscInt_FMT " particles but %" PetscInt_FMT " cells", packing->n, cells->n);
+  PetscCheck(cells || !model->bonded, model->comm, PETSC_ERR_ARG_NULL, "Bonded particles need their cells");
+  PetscCheck(!cells || packing->n == cells->n, model->comm, PETSC_ERR_ARG_SIZ, "%" PetscInt_FMT " particles but %" PetscInt_FMT " cells", packing->n, cells->n);
   model->dim  = body->dim;
   model->nrot = body->dim == 3 ? 3 : 1;
   model->n    = packing->n;
@@ -97,6 +98,11 @@ PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPac
   PetscCall(CopyReals(3 * packing->n, packing->x, &model->packing.x));
   PetscCall(CopyReals(packing->n, packing->r, &model->packing.r));
 
+  if (!cells) {
+    static const DemCells none = {0};
+
+    cells = &none; /* loose grains: no facet, no wall */
+  }
   c->n        = cells->n;
   c->n_facets = cells->n_facets;
   c->n_walls  = cells->n_walls;
@@ -333,6 +339,10 @@ PetscErrorCode DemModelSetUp(DemModel model)
   model->ready = PETSC_TRUE;
   DemFacesSetTime_Internal(model, 0);
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
+  if (model->contacts.on) {
+    PetscCall(DemSetUpContacts_Internal(model));
+    PetscCall(DemContactsForce_Internal(model, 0));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -376,6 +386,7 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
   PetscCall(PetscFree(model->traction_old));
   PetscCall(PetscFree(model->traction_new));
   PetscCall(DemCracksDestroy_Internal(model));
+  PetscCall(DemContactsDestroy_Internal(model));
   PetscCall(PetscFree(model->breakable));
   PetscCall(PetscFree(model->surface));
   PetscCall(PetscFree(model->block_sum));

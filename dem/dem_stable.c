@@ -66,6 +66,12 @@ static PetscErrorCode LargestRitz(PetscInt m, const PetscReal *alpha, const Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Largest step with stiffness/mass <= rate and dashpot/mass <= drag, forces at the lagged velocity.  Eq. (5.37) */
+PetscReal DemDampedStep_Internal(PetscReal rate, PetscReal drag)
+{
+  return 4 / (drag + PetscSqrtReal(drag * drag + 4 * rate));
+}
+
 PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt)
 {
   const PetscInt n = model->n, all = Unknowns(model);
@@ -81,15 +87,15 @@ PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!model->bonds.n && !model->walls.n) { /* loose particles: only contacts count */
-    PetscReal least = PETSC_MAX_REAL;
+    PetscReal drag = 0, rate = model->contacts.on ? DemContactsRate_Internal(model, &drag) : 0;
 
     for (PetscInt k = 0; k < model->n_tools; k++)
       for (PetscInt p = 0; p < n; p++) {
         const PetscReal modulus = model->tool[k].plane.stiffness > 0 ? model->tool[k].plane.stiffness : model->material.young;
 
-        least = PetscMin(least, 2 * PetscSqrtReal(model->mass[p] / (modulus * model->r[p] * 3.5)));
+        rate = PetscMax(rate, modulus * model->r[p] * 3.5 / model->mass[p]);
       }
-    *dt = model->stable = least;
+    *dt = model->stable = rate > 0 ? DemDampedStep_Internal(rate * (1 + model->alpha), drag) : PETSC_MAX_REAL;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscMalloc4(13 * n, &saved, all, &x, all, &y, all, &old));
@@ -131,7 +137,12 @@ PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt)
       x[i]   = y[i] / beta[m];
     }
   }
-  *dt = model->stable = 2 / PetscSqrtReal(largest * (1 + model->alpha)); /* drag against a slowing motion adds alpha F */
+  {
+    PetscReal drag = 0;
+
+    if (model->contacts.on) largest = PetscMax(largest, DemContactsRate_Internal(model, &drag)); /* a contact takes the place of a lost bond */
+    *dt = model->stable = DemDampedStep_Internal(largest * (1 + model->alpha), drag); /* drag against a slowing motion adds alpha F */
+  }
 
   PetscCall(PetscArraycpy(model->u, saved, 3 * n));
   PetscCall(PetscArraycpy(model->rot, saved + 3 * n, 4 * n));
@@ -246,6 +257,11 @@ PetscErrorCode DemModelGetStableStep(DemModel model, PetscReal *dt)
     worst = PetscMax(worst, largest);
   }
   PetscCall(PetscFree2(Q, block));
-  *dt = 2 / PetscSqrtReal(worst * (1 + model->alpha));
+  {
+    PetscReal drag = 0;
+
+    if (model->contacts.on) worst = PetscMax(worst, DemContactsRate_Internal(model, &drag));
+    *dt = DemDampedStep_Internal(worst * (1 + model->alpha), drag);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

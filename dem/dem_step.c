@@ -118,6 +118,7 @@ PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt)
 
   PetscFunctionBegin;
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS | DEM_WITH_FAILURE));
+  if (model->contacts.on) PetscCall(DemContactsForce_Internal(model, dt));
   if (model->n_tools) PetscCall(DemToolsForce_Internal(model, dt));
   if (model->walls.n) {
     DemFacesReactions_Internal(model);

@@ -27,7 +27,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
   ledger->energy[LEDGER_KINETIC]  = kinetic;
   ledger->energy[LEDGER_STRAIN]   = strain;
   ledger->energy[LEDGER_DAMPING]  = model->damped + due;
-  ledger->energy[LEDGER_CONTACT]  = DemToolsEnergy_Internal(model) + model->contact_lost;
+  ledger->energy[LEDGER_CONTACT]  = DemToolsEnergy_Internal(model) + (model->contacts.on ? DemContactsEnergy_Internal(model) : 0) + model->contact_lost;
   ledger->energy[LEDGER_FRICTION] = model->friction_lost;
   if (model->crack.damage)
     for (PetscInt k = 0; k < model->bonds.n; k++) {
@@ -281,6 +281,7 @@ static PetscErrorCode StepperSave(void *ctx, Checkpoint c)
   PetscCall(CheckpointWriteReal(c, "dem/dilation", n, model->dilation));
   PetscCall(CheckpointWriteReal(c, "dem/vstar", n, model->vstar));
   if (model->crack.damage) PetscCall(SaveCracks(model, c));
+  if (model->contacts.on) PetscCall(DemContactsSave_Internal(model, c));
   for (PetscInt k = 0; k < model->n_faces; k++) {
     PetscCall(BaseFormat(name, "dem/reaction_%" PetscInt_FMT, k));
     PetscCall(CheckpointWriteReal(c, name, 3, model->face[k].reaction));
@@ -320,6 +321,7 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint c)
   PetscCall(CheckpointReadReal(c, "dem/dilation", n, model->dilation));
   PetscCall(CheckpointReadReal(c, "dem/vstar", n, model->vstar));
   if (model->crack.damage) PetscCall(LoadCracks(model, c));
+  if (model->contacts.on) PetscCall(DemContactsLoad_Internal(model, c));
   model->time          = scalar[0];
   model->dt_last       = scalar[1];
   model->started       = (PetscBool)(scalar[2] != 0);
@@ -367,6 +369,7 @@ PetscErrorCode DemModelComputeForces(DemModel model)
   PetscFunctionBegin;
   DemFacesSetTime_Internal(model, model->time);
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
+  if (model->contacts.on) PetscCall(DemContactsForce_Internal(model, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

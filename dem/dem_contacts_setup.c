@@ -1,0 +1,247 @@
+/* dem_contacts_setup.c - contacts of a model: what the user chose, the table of materials, the step they allow, checkpoints. */
+#include "dem_impl.h"
+
+PetscErrorCode DemModelSetContact(DemModel model, const DemContactOptions *options)
+{
+  DemContacts *c = &model->contacts;
+
+  PetscFunctionBegin;
+  PetscCheck(!model->ready, model->comm, PETSC_ERR_ORDER, "Say how particles meet before DemModelSetUp()");
+  c->on      = PETSC_TRUE;
+  c->options = *options;
+  if (c->options.skin == 0) c->options.skin = 0.3;
+  if (c->options.deepest == 0) c->options.deepest = 0.01;
+  BaseCheckInput(c->options.skin > 0, model->comm, "The skin of the neighbour list, %.6g mean radii, must be positive", (double)options->skin);
+  BaseCheckInput(c->options.deepest > 0 && c->options.deepest < 1, model->comm, "The deepest overlap, %.6g of the radius, must lie between 0 and 1", (double)options->deepest);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetGrainMaterials(DemModel model, PetscInt n, const DemMaterial material[], const PetscInt of[])
+{
+  PetscFunctionBegin;
+  PetscCheck(model->packing.n && !model->ready && !model->grain_of, model->comm, PETSC_ERR_ORDER, "Materials of grains are given once, between DemModelSetBody() and DemModelSetUp()");
+  BaseCheckInput(!model->bonded, model->comm, "Bonded particles have one material");
+  BaseCheckInput(n > 0 && n <= 255, model->comm, "%" PetscInt_FMT " materials of grains; between 1 and 255", n);
+  PetscCall(PetscMalloc2(n, &model->grain_kind, model->packing.n, &model->grain_of));
+  model->n_grain_kinds = n;
+  PetscCall(PetscArraycpy(model->grain_kind, material, n));
+  for (PetscInt k = 0; k < model->packing.n; k++) {
+    PetscCheck(of[k] >= 0 && of[k] < n, model->comm, PETSC_ERR_ARG_OUTOFRANGE, "Grain %" PetscInt_FMT " is of material %" PetscInt_FMT ", there are %" PetscInt_FMT, k, of[k], n);
+    model->grain_of[k] = of[k];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetContactPair(DemModel model, PetscInt a, PetscInt b, const DemContactChoice *choice)
+{
+  PetscInt         *of;
+  DemContactChoice *grown;
+
+  PetscFunctionBegin;
+  PetscCheck(!model->ready, model->comm, PETSC_ERR_ORDER, "Say how particles meet before DemModelSetUp()");
+  PetscCall(PetscMalloc2(2 * (model->n_pair_choices + 1), &of, model->n_pair_choices + 1, &grown));
+  PetscCall(PetscArraycpy(of, model->pair_of, 2 * model->n_pair_choices));
+  PetscCall(PetscArraycpy(grown, model->pair_choice, model->n_pair_choices));
+  PetscCall(PetscFree2(model->pair_of, model->pair_choice));
+  of[2 * model->n_pair_choices]     = a;
+  of[2 * model->n_pair_choices + 1] = b;
+  grown[model->n_pair_choices++]    = *choice;
+  model->pair_of                    = of;
+  model->pair_choice                = grown;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelGetContactCounts(DemModel model, DemContactCounts *counts)
+{
+  const DemContacts *c = &model->contacts;
+
+  PetscFunctionBegin;
+  *counts = (DemContactCounts){.searches = c->searches, .searched = c->n_who, .pairs = c->m, .touching = c->touching, .left = c->n_gone, .deepest = c->deepest};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PairTable(DemModel model)
+{
+  DemContacts   *c = &model->contacts;
+  const PetscInt kinds = model->grain_of ? model->n_grain_kinds : 1;
+
+  PetscFunctionBegin;
+  c->n_kinds = kinds;
+  PetscCall(PetscCalloc1(kinds * kinds, &c->table));
+  for (PetscInt a = 0; a < kinds; a++)
+    for (PetscInt b = 0; b < kinds; b++) {
+      const DemMaterial      *ma = model->grain_of ? &model->grain_kind[a] : &model->material, *mb = model->grain_of ? &model->grain_kind[b] : &model->material;
+      const DemContactChoice *choice = &c->options.choice;
+
+      for (PetscInt k = 0; k < model->n_pair_choices; k++)
+        if ((model->pair_of[2 * k] == a && model->pair_of[2 * k + 1] == b) || (model->pair_of[2 * k] == b && model->pair_of[2 * k + 1] == a)) choice = &model->pair_choice[k];
+      BaseCheckInput(model->dim == 3 || choice->law == DEM_CONTACT_LINEAR, model->comm, "Hertz's law is of spheres; discs (dimension: 2) meet by the linear one");
+      PetscCall(DemContactPairSet(&c->table[a * kinds + b], choice, (DemContactElastic){ma->young, ma->poisson}, (DemContactElastic){mb->young, mb->poisson}));
+      if (c->table[a * kinds + b].roll > 0 || c->table[a * kinds + b].twist > 0) c->turns = PETSC_TRUE;
+    }
+  if (kinds > 1) {
+    PetscCall(PetscMalloc1(model->n, &c->kind));
+    for (PetscInt p = 0; p < model->n; p++) c->kind[p] = (unsigned char)model->grain_of[model->at[p]];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemSetUpContacts_Internal(DemModel model)
+{
+  DemContacts   *c = &model->contacts;
+  const PetscInt n = model->n;
+  PetscReal      mean = 0, most = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PairTable(model));
+  for (PetscInt p = 0; p < n; p++) {
+    mean += model->r[p] / (PetscReal)n;
+    most = PetscMax(most, model->r[p]);
+  }
+  c->skin = c->options.skin * mean;
+  c->flat = model->dim == 2 ? 0.25 * model->body.thickness : 0;
+  if (c->options.domain == DEM_DOMAIN_PERIODIC)
+    for (PetscInt d = 0; d < model->dim; d++) {
+      const PetscReal L = c->options.high[d] - c->options.low[d];
+
+      BaseCheckInput(L == 0 || L > 2 * (2 * most + c->skin), model->comm, "A period of %.6g m along %c is too short: it must pass twice the largest diameter and the skin, %.6g m", (double)L, (char)('x' + d),
+                     (double)(2 * (2 * most + c->skin)));
+    }
+  c->n_blocks = (n + DEM_CONTACT_BLOCK - 1) / DEM_CONTACT_BLOCK;
+  PetscCall(PetscMalloc2(n, &c->who, 3 * n, &c->ref));
+  PetscCall(PetscCalloc4(c->n_blocks + 1, &c->pair, c->n_blocks + 1, &c->halo_start, n + 1, &c->slot_start, 4 * c->n_blocks, &c->sum));
+  PetscCall(PetscCalloc1(model->threads, &c->scratch));
+  if (c->options.domain == DEM_DOMAIN_BOX) PetscCall(PetscCalloc1(n, &c->gone));
+  PetscCall(DemContactsRoom_Internal(model, 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemContactsDestroy_Internal(DemModel model)
+{
+  DemContacts *c = &model->contacts;
+
+  PetscFunctionBegin;
+  PetscCall(PetscFree(c->table));
+  PetscCall(PetscFree(c->kind));
+  PetscCall(PetscFree2(c->who, c->ref));
+  PetscCall(PetscFree4(c->pair, c->halo_start, c->slot_start, c->sum));
+  PetscCall(PetscFree2(c->halo, c->slot));
+  PetscCall(PetscFree(c->slot_f));
+  PetscCall(PetscFree(c->gone));
+  PetscCall(PetscFree(c->p));
+  PetscCall(PetscFree(c->q));
+  PetscCall(PetscFree(c->ip));
+  PetscCall(PetscFree(c->iq));
+  PetscCall(PetscFree(c->past));
+  PetscCall(PetscFree(c->roll));
+  PetscCall(PetscFree(c->image));
+  PetscCall(PetscFree(c->met));
+  if (c->scratch)
+    for (PetscInt t = 0; t < model->threads; t++) PetscCall(PetscFree(c->scratch[t]));
+  PetscCall(PetscFree(c->scratch));
+  PetscCall(PetscFree2(model->grain_kind, model->grain_of));
+  PetscCall(PetscFree2(model->pair_of, model->pair_choice));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  Around a sphere of radius r fit at most 2 / (1 - cos a) others of radius s or more, sin a = s/(r + s): their caps do not
+  overlap. Each adds at most twice its stiffness to the row of either particle, the tangential one with 1 + m r^2/I = 3.5
+  (discs: 3).  Eq. (5.36)
+*/
+PetscReal DemContactsRate_Internal(DemModel model, PetscReal *drag)
+{
+  const DemContacts *c = &model->contacts;
+  const PetscInt     n = model->n;
+  PetscReal          least = PETSC_MAX_REAL, most = 0, rate = 0;
+
+  for (PetscInt p = 0; p < n; p++) {
+    least = PetscMin(least, model->r[p]);
+    most  = PetscMax(most, model->r[p]);
+  }
+  *drag = 0;
+  for (PetscInt p = 0; p < n; p++) {
+    const PetscReal r = model->r[p], sine = least / (r + least), turn = 1 + model->mass[p] * r * r / model->inertia[p];
+    const PetscReal room = model->dim == 3 ? floor(2 / (1 - PetscSqrtReal(1 - sine * sine))) : floor(PETSC_PI / PetscAsinReal(sine) + 1e-9), N = PetscMin((PetscReal)(n - 1), room);
+    /* the stiffest partner is the largest one; the reduced mass is the particle's own at most */
+    const PetscReal radius = r * most / (r + most), size = c->flat > 0 ? c->flat : radius;
+
+    for (PetscInt k = 0; k < c->n_kinds; k++) {
+      const DemContactPair *pair = &c->table[(c->kind ? c->kind[p] : 0) * c->n_kinds + k];
+      const PetscReal       S = DemContactStiffness(pair, size, c->options.deepest * radius), tangent = pair->mu_static > 0 ? pair->ratio * turn : 0;
+      const PetscReal       rolls = PetscMax(pair->roll_spring, pair->twist_spring) * radius * radius * model->mass[p] / model->inertia[p];
+
+      rate  = PetscMax(rate, 2 * N * S / model->mass[p] * PetscMax(1, PetscMax(tangent, rolls)));
+      *drag = PetscMax(*drag, 2 * N * PetscSqrtReal(S / model->mass[p]) * PetscMax(pair->drag, pair->mu_static > 0 ? pair->drag_tangent * turn : 0));
+    }
+  }
+  return rate;
+}
+
+PetscErrorCode DemContactsSave_Internal(DemModel model, Checkpoint f)
+{
+  const DemContacts *c = &model->contacts;
+  const PetscInt     size[6] = {c->m, c->searches, c->looked, c->broken, c->n_gone, c->touching};
+  const PetscReal    scalar[2] = {c->deepest, c->taken};
+  PetscInt          *met;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(PetscMax(c->m, model->n), &met));
+  PetscCall(CheckpointWriteInt(f, "dem/contact_counts", 6, size));
+  PetscCall(CheckpointWriteReal(f, "dem/contact_scalars", 2, scalar));
+  PetscCall(CheckpointWriteReal(f, "dem/contact_reference", 3 * model->n, c->ref));
+  if (c->gone) {
+    for (PetscInt p = 0; p < model->n; p++) met[p] = c->gone[p];
+    PetscCall(CheckpointWriteInt(f, "dem/contact_gone", model->n, met));
+  }
+  if (c->m) {
+    for (PetscInt k = 0; k < c->m; k++) met[k] = c->met[k];
+    PetscCall(CheckpointWriteInt(f, "dem/contact_first", c->m, c->p));
+    PetscCall(CheckpointWriteInt(f, "dem/contact_second", c->m, c->q));
+    PetscCall(CheckpointWriteInt(f, "dem/contact_touching", c->m, met));
+    PetscCall(CheckpointWriteReal(f, "dem/contact_history", DEM_PAST * c->m, c->past));
+    if (c->turns) PetscCall(CheckpointWriteReal(f, "dem/contact_rolling", 4 * c->m, c->roll));
+    if (c->image) PetscCall(CheckpointWriteReal(f, "dem/contact_image", 3 * c->m, c->image));
+  }
+  PetscCall(PetscFree(met));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemContactsLoad_Internal(DemModel model, Checkpoint f)
+{
+  DemContacts *c = &model->contacts;
+  PetscInt     size[6], *met;
+  PetscReal    scalar[2];
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointReadInt(f, "dem/contact_counts", 6, size));
+  PetscCall(CheckpointReadReal(f, "dem/contact_scalars", 2, scalar));
+  PetscCall(CheckpointReadReal(f, "dem/contact_reference", 3 * model->n, c->ref));
+  PetscCall(DemContactsRoom_Internal(model, size[0]));
+  PetscCall(PetscMalloc1(PetscMax(size[0], model->n), &met));
+  c->m        = size[0];
+  c->searches = size[1];
+  c->looked   = size[2];
+  c->broken   = size[3];
+  c->n_gone   = size[4];
+  c->touching = size[5];
+  c->deepest  = scalar[0];
+  c->taken    = scalar[1];
+  if (c->gone) {
+    PetscCall(CheckpointReadInt(f, "dem/contact_gone", model->n, met));
+    for (PetscInt p = 0; p < model->n; p++) c->gone[p] = (unsigned char)met[p];
+  }
+  if (c->m) {
+    PetscCall(CheckpointReadInt(f, "dem/contact_first", c->m, c->p));
+    PetscCall(CheckpointReadInt(f, "dem/contact_second", c->m, c->q));
+    PetscCall(CheckpointReadInt(f, "dem/contact_touching", c->m, met));
+    PetscCall(CheckpointReadReal(f, "dem/contact_history", DEM_PAST * c->m, c->past));
+    if (c->turns) PetscCall(CheckpointReadReal(f, "dem/contact_rolling", 4 * c->m, c->roll));
+    if (c->image) PetscCall(CheckpointReadReal(f, "dem/contact_image", 3 * c->m, c->image));
+    for (PetscInt k = 0; k < c->m; k++) c->met[k] = (unsigned char)met[k];
+  }
+  PetscCall(PetscFree(met));
+  PetscCall(DemContactsWho_Internal(model));
+  PetscCall(DemContactsBlocks_Internal(model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
