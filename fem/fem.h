@@ -52,8 +52,13 @@ PetscErrorCode FemModelGetLocalDamping(FemModel model, PetscReal *alpha);
 PetscErrorCode FemModelSetThreads(FemModel model, PetscInt threads);
 
 /* A history quantity over a group: "reaction", "displacement" (mean), "velocity" (mean), one column per component; "opening":
-   how far the two parts of a group (lips of a notch, say) have moved apart, along the line between them. */
+   how far the two parts of a group (lips of a notch, say) have moved apart, along the line between them; "error": of the whole body,
+   whatever the group, the share of FemModelComputeError(). */
 PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const char *group);
+
+/* Columns of a point of the body: "displacement", "velocity", "stress", "strain", "von_mises", "principal_stress", named quantity(name).part. After
+   FemModelSetMesh(), before set-up; at [dim] [m]. Only the patches around the probes are recovered, and only when a row is written. */
+PetscErrorCode FemModelAddProbe(FemModel model, const char *name, const PetscReal at[3], PetscInt n, const char *const quantity[]);
 
 /* For a coupling, before set-up: share of each element's stiffness and mass, > 0, in the mesh's order of top-dimension cells. */
 PetscErrorCode FemModelSetCellWeights(FemModel model, const PetscReal weight[]);
@@ -68,9 +73,21 @@ PetscErrorCode FemModelGetCriticalStep(FemModel model, PetscReal *dt);
 PetscErrorCode FemModelGetStableStep(FemModel model, PetscReal *dt);
 
 PetscErrorCode FemModelGetStepper(FemModel model, Stepper *stepper); /* borrowed from the model */
-/* A field gathered to rank 0 in the mesh's order: "displacement", "velocity", "reaction" [nodes][3]; "stress" [Pa], "strain"
-   [elements][6] Voigt xx yy zz xy yz zx, element means. data is the caller's; ignored on other ranks. Collective. */
+/* A field gathered to rank 0 in the mesh's order: "displacement", "velocity", "reaction" [nodes][3]; "element_stress" [Pa],
+   "element_strain" [elements][6] Voigt xx yy zz xy yz zx, element means. data is the caller's; ignored on other ranks. Collective. */
 PetscErrorCode FemModelGetField(FemModel model, const char *name, PetscReal *data);
+/* Points of recovered fields on rank 0 (none elsewhere): the nodes in the mesh's order, then a copy of each node for every further material that
+   meets there. node [n] is borrowed. Recovered stress [Pa] and strain [-] of these points, [n][6]; either may be NULL. Eqs (2.90)-(2.93). Collective. */
+PetscErrorCode FemModelGetPoints(FemModel model, PetscInt *n, const PetscInt **node);
+PetscErrorCode FemModelRecover(FemModel model, PetscReal *stress, PetscReal *strain);
+/* Estimate of the present error: norm [sqrt(J)] in energy, and its share of the whole energy norm [-]. Eqs (2.97), (2.98). Collective. */
+PetscErrorCode FemModelComputeError(FemModel model, PetscReal *share, PetscReal *norm);
+typedef struct {
+  PetscInt  recoveries, patches; /* of the whole body, done so far; patches fitted, those for probes too */
+  PetscBool error_known;
+  PetscReal error_share, error_norm; /* [-], [sqrt(J)] the last estimate asked for */
+} FemReadings;
+PetscErrorCode FemModelGetReadings(FemModel model, FemReadings *readings);
 PetscErrorCode FemModelGetState(FemModel model, FemState *state);
 PetscErrorCode FemModelRestoreState(FemModel model, FemState *state);
 PetscErrorCode FemModelGetCounts(FemModel model, PetscInt *nodes, PetscInt *elements, PetscInt *dofs); /* global */

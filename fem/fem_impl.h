@@ -69,11 +69,11 @@ typedef struct {
   FemMaterial material;
 } FemRegion;
 
-typedef enum { FEM_HIST_REACTION, FEM_HIST_DISPLACEMENT, FEM_HIST_VELOCITY, FEM_HIST_OPENING, FEM_HIST_NORMAL } FemQuantity;
+typedef enum { FEM_HIST_REACTION, FEM_HIST_DISPLACEMENT, FEM_HIST_VELOCITY, FEM_HIST_OPENING, FEM_HIST_NORMAL, FEM_HIST_ERROR, FEM_HIST_PROBE } FemQuantity;
 
 typedef struct {
   FemQuantity quantity;
-  PetscInt    group, component;
+  PetscInt    group, component; /* group -1: of the whole body, or of a probe; component is then the column among the probes' */
   PetscReal   axis[3], middle; /* of an opening: direction, and where along it the group parts [m] */
 } FemHistory;
 
@@ -99,6 +99,9 @@ typedef struct {
 } FemInner;
 
 typedef enum { FEM_ROWS, FEM_ELEMENTS } FemOperator;
+
+typedef struct _FemRecovery *FemRecovery; /* fem_recover.h; NULL until a recovered field, an error or a probe is asked for */
+typedef struct _FemProbes   *FemProbes;   /* fem_probe.c; NULL without probes */
 
 struct _p_FemModel {
   MPI_Comm    comm;
@@ -180,9 +183,15 @@ struct _p_FemModel {
   Vec      rhs, solution;
   PetscReal diagonal;
   Stepper   stepper;
+
+  /* read off on request */
+  FemRecovery recovery;
+  FemProbes   probes;
+  PetscReal   error_norm, error_share; /* the last estimate, eqs (2.97), (2.98) */
+  PetscBool   error_known;
 };
 
-extern PetscLogEvent FEM_SetUpMesh, FEM_Assemble, FEM_Force, FEM_Solve, FEM_Eigen;
+extern PetscLogEvent FEM_SetUpMesh, FEM_Assemble, FEM_Force, FEM_Solve, FEM_Eigen, FEM_Recover;
 
 /* fem_model.c */
 PetscErrorCode FemFindGroup(FemModel model, const char *name, PetscInt *group);
@@ -244,5 +253,15 @@ PetscErrorCode FemExplicitLevel(FemModel model, PetscReal dt);
 PetscErrorCode FemForces(FemModel model); /* f_int of u, inner and outer */
 PetscErrorCode FemInnerLevel(FemModel model, PetscReal H);
 PetscErrorCode FemInnerDestroy(FemModel model);
+/* fem_recover.c */
+PetscErrorCode FemRecoveryDestroy(FemModel model);
+/* fem_error.c: after FemRecover(); density [n_cells] [J/m3] of owned elements, may be NULL */
+PetscErrorCode FemEstimateError(FemModel model, PetscReal *density);
+/* fem_fields.c */
+PetscErrorCode FemWriteFrame(FemModel model, Output output);
+/* fem_probe.c */
+PetscErrorCode FemProbesHistory(FemModel model, PetscInt i, PetscReal *value); /* column i of the model */
+PetscErrorCode FemProbesDestroy(FemModel model);
 /* fem_stepper.c */
 PetscErrorCode FemSetUpStepper(FemModel model);
+PetscReal      FemVelocityOf(FemModel model, PetscInt k); /* [m/s] of owned dof k at the present time, once the level is closed */

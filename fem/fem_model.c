@@ -1,7 +1,7 @@
 /* fem_model.c - a FemModel's life: create, say what it is made of and what acts on it, set up, destroy. */
 #include "fem_impl.h"
 
-PetscLogEvent FEM_SetUpMesh, FEM_Assemble, FEM_Force, FEM_Solve, FEM_Eigen;
+PetscLogEvent FEM_SetUpMesh, FEM_Assemble, FEM_Force, FEM_Solve, FEM_Eigen, FEM_Recover;
 
 static PetscErrorCode RegisterEvents(void)
 {
@@ -17,6 +17,7 @@ static PetscErrorCode RegisterEvents(void)
   PetscCall(PetscLogEventRegister("FEM_Force", id, &FEM_Force));
   PetscCall(PetscLogEventRegister("FEM_Solve", id, &FEM_Solve));
   PetscCall(PetscLogEventRegister("FEM_Eigen", id, &FEM_Eigen));
+  PetscCall(PetscLogEventRegister("FEM_Recover", id, &FEM_Recover));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -277,11 +278,21 @@ PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const ch
 
   PetscFunctionBegin;
   PetscCall(CheckOpen(model, PETSC_TRUE));
+  PetscCall(PetscStrcmp(quantity, "error", &same));
+  if (same) {
+    PetscCall(PetscRealloc(sizeof(FemHistory) * (model->n_history + 1), &model->history));
+    PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + 1), &model->history_name));
+    PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + 1), &model->history_unit));
+    PetscCall(PetscStrallocpy("error", &model->history_name[model->n_history]));
+    model->history_unit[model->n_history] = "-";
+    model->history[model->n_history++]    = (FemHistory){.quantity = FEM_HIST_ERROR, .group = -1};
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (PetscInt q = 0; q < 4; q++) {
     PetscCall(PetscStrcmp(quantity, names[q], &same));
     if (same) found = q;
   }
-  BaseCheckInput(found >= 0, model->comm, "A finite-element group has no history quantity '%s'; it has reaction, displacement, velocity, opening", quantity);
+  BaseCheckInput(found >= 0, model->comm, "A finite-element group has no history quantity '%s'; it has reaction, displacement, velocity, opening, and the body error", quantity);
   entry.quantity = (FemQuantity)found;
   PetscCall(FemFindGroup(model, group, &entry.group));
   BaseCheckInput(model->group[entry.group].n_nodes_global > 0, model->comm, "%s: group '%s' touches no node of the body, so it has no %s", model->source, group, quantity);
@@ -397,6 +408,8 @@ PetscErrorCode FemModelDestroy(FemModel *model)
 
   PetscFunctionBegin;
   if (!m) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FemRecoveryDestroy(m));
+  PetscCall(FemProbesDestroy(m));
   PetscCall(FemMeshDestroy(m));
   PetscCall(FemRowsDestroy(m));
   PetscCall(FemElementsDestroy(m));

@@ -26,8 +26,7 @@ static PetscErrorCode Close(FemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Velocity [m/s] of owned dof k at the present time. */
-static PetscReal VelocityOf(FemModel model, PetscInt k)
+PetscReal FemVelocityOf(FemModel model, PetscInt k)
 {
   return model->method == FEM_EXPLICIT && model->started ? 0.5 * (model->v[k] + model->v_next[k]) : model->v[k];
 }
@@ -64,11 +63,16 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
 {
   FemModel          model = ctx;
   const FemHistory *h     = &model->history[i];
-  const FemGroup   *group = &model->group[h->group];
+  const FemGroup   *group = h->group < 0 ? NULL : &model->group[h->group];
   PetscReal         sum   = 0;
 
   PetscFunctionBegin;
   PetscCall(Close(model));
+  if (h->quantity == FEM_HIST_PROBE || h->quantity == FEM_HIST_ERROR) {
+    if (h->quantity == FEM_HIST_PROBE) PetscCall(FemProbesHistory(model, i, value));
+    else PetscCall(FemModelComputeError(model, value, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (h->quantity == FEM_HIST_OPENING) { /* mean motion along the axis, far lip less near lip */
     PetscReal mean[2] = {0}, count[2] = {0};
 
@@ -94,7 +98,7 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
       continue;
     }
 
-    sum += h->quantity == FEM_HIST_REACTION ? model->reaction[dof] : h->quantity == FEM_HIST_DISPLACEMENT ? model->u[dof] : VelocityOf(model, dof);
+    sum += h->quantity == FEM_HIST_REACTION ? model->reaction[dof] : h->quantity == FEM_HIST_DISPLACEMENT ? model->u[dof] : FemVelocityOf(model, dof);
   }
   PetscCall(FemSum(model, 1, &sum));
   *value = h->quantity == FEM_HIST_REACTION || h->quantity == FEM_HIST_NORMAL ? sum : sum / group->n_nodes_global;
@@ -141,7 +145,7 @@ static PetscErrorCode NodeField(FemModel model, const char *name, PetscReal *own
     for (PetscInt d = 0; d < 3; d++) {
       const PetscInt k = i * model->dim + d;
 
-      own[3 * i + d] = d >= model->dim ? 0 : displacement ? model->u[k] : velocity ? VelocityOf(model, k) : model->reaction[k];
+      own[3 * i + d] = d >= model->dim ? 0 : displacement ? model->u[k] : velocity ? FemVelocityOf(model, k) : model->reaction[k];
     }
   PetscCall(FemGather(model, model->home, 3, own, all));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -164,7 +168,7 @@ static PetscErrorCode CellField(FemModel model, PetscBool stress, PetscReal *own
 
 PetscErrorCode FemModelGetField(FemModel model, const char *name, PetscReal *data)
 {
-  static const char *const names[] = {"displacement", "velocity", "reaction", "stress", "strain"};
+  static const char *const names[] = {"displacement", "velocity", "reaction", "element_stress", "element_strain"};
   PetscInt                 found   = -1;
   PetscReal               *own;
   PetscBool                same;
@@ -175,7 +179,7 @@ PetscErrorCode FemModelGetField(FemModel model, const char *name, PetscReal *dat
     PetscCall(PetscStrcmp(name, names[k], &same));
     if (same) found = k;
   }
-  PetscCheck(found >= 0, model->comm, PETSC_ERR_ARG_WRONG, "A FemModel has no field '%s'", name);
+  PetscCheck(found >= 0, model->comm, PETSC_ERR_ARG_WRONG, "A FemModel has no field '%s'; recovered stress and strain are FemModelRecover()'s", name);
   PetscCall(Close(model));
   PetscCall(PetscMalloc1(found < 3 ? 3 * model->n_own : 6 * model->n_cells, &own));
   if (found < 3) PetscCall(NodeField(model, name, own, data));
@@ -184,33 +188,9 @@ PetscErrorCode FemModelGetField(FemModel model, const char *name, PetscReal *dat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Collective; every rank computes, rank 0 hands the gathered block over. */
 static PetscErrorCode StepperWrite(void *ctx, Output output)
 {
-  static const struct {
-    const char *name, *unit;
-    OutputPlace place;
-    PetscInt    components;
-  } field[5] = {{"displacement", "m", OUTPUT_POINT_DATA, 3}, {"velocity", "m/s", OUTPUT_POINT_DATA, 3}, {"reaction", "N", OUTPUT_POINT_DATA, 3}, {"stress", "Pa", OUTPUT_CELL_DATA, 6}, {"strain", "-", OUTPUT_CELL_DATA, 6}};
-  FemModel       model = ctx;
-  const PetscInt root  = model->rank == 0 ? 1 : 0;
-  OutputArray    array[5];
-  OutputBlock    block = {.name = model->name, .n_points = root * model->N_nodes, .x = model->x_all, .n_cells = root * model->N_cells, .start = model->start_all, .node = model->node_all, .type = model->vtk_all, .array = array};
-  PetscReal     *data[5];
-
-  PetscFunctionBegin;
-  for (PetscInt k = 0; k < 5; k++) {
-    const PetscInt n = root * field[k].components * (field[k].place == OUTPUT_POINT_DATA ? model->N_nodes : model->N_cells);
-
-    if (!OutputWants(output, field[k].name)) continue;
-    PetscCall(PetscMalloc1(n, &data[block.n_arrays]));
-    PetscCall(FemModelGetField(model, field[k].name, data[block.n_arrays]));
-    array[block.n_arrays] = (OutputArray){field[k].name, field[k].unit, field[k].place, field[k].components, data[block.n_arrays]};
-    block.n_arrays++;
-  }
-  PetscCall(OutputFrameBlock(output, &block));
-  for (PetscInt k = 0; k < block.n_arrays; k++) PetscCall(PetscFree(data[k]));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return FemWriteFrame((FemModel)ctx, output);
 }
 
 static PetscErrorCode StepperSave(void *ctx, Checkpoint checkpoint)

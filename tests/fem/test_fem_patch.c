@@ -46,7 +46,7 @@ static PetscErrorCode TestDisplacementPatch(void)
         want[3 + i] = t < 2 && i > 0 ? 0 : mu * (h[i][(i + 1) % 3] + h[(i + 1) % 3][i]);
       }
       if (kind) want[2] = 0;
-      PetscCall(FemModelGetField(model, "stress", s));
+      PetscCall(FemModelGetField(model, "element_stress", s));
       {
         PetscInt cells;
 
@@ -144,7 +144,7 @@ static PetscErrorCode MacNeal(PetscInt dim, PetscInt n_nodes, PetscReal (*place)
   PetscCall(CaseModel(PETSC_COMM_SELF, &copy, dim == 2 ? FEM_PLANE_STRESS : FEM_SOLID, FEM_STATIC, 1e-3, &m, &model));
   PetscCall(CaseFixNodes(model, dim, n_outer, outer, copy.x, field));
   PetscCall(CaseSolve(model));
-  PetscCall(FemModelGetField(model, "stress", s));
+  PetscCall(FemModelGetField(model, "element_stress", s));
   zz = dim == 2 ? 0 : direct;
   for (PetscInt c = 0; c < n_cells; c++) {
     CheckClose(s[6 * c], direct, 1e-10);

@@ -70,7 +70,7 @@ static PetscErrorCode Collect(FemModel model, PetscInt nodes, Answer *a)
   PetscCall(FemModelGetField(model, "displacement", a->data));
   PetscCall(FemModelGetField(model, "velocity", a->data + 3 * n_nodes));
   PetscCall(FemModelGetField(model, "reaction", a->data + 6 * n_nodes));
-  PetscCall(FemModelGetField(model, "stress", a->data + 9 * n_nodes));
+  PetscCall(FemModelGetField(model, "element_stress", a->data + 9 * n_nodes));
   PetscCall(CaseLedger(model, &ledger));
   PetscCall(PetscArraycpy(a->data + at, ledger.energy, LEDGER_TERMS));
   for (PetscInt i = 0; i < s.n_history; i++) PetscCall(s.history(s.ctx, i, a->data + at + LEDGER_TERMS + i));

@@ -133,7 +133,7 @@ static PetscErrorCode TestPressureAllRound(void)
     }
     PetscCall(CaseSolve(model));
     PetscCall(PetscMalloc1(6 * mesh.n_cells, &s));
-    PetscCall(FemModelGetField(model, "stress", s));
+    PetscCall(FemModelGetField(model, "element_stress", s));
     PetscCall(FemModelGetCounts(model, NULL, &cells, NULL));
     for (PetscInt c = 0; c < cells; c++)
       for (PetscInt i = 0; i < 6; i++) CheckNear(s[6 * c + i], i < 3 ? -p : 0, 1e-9 * p);

@@ -1,0 +1,52 @@
+/*
+  fem_recover.h - stress at nodes by superconvergent patch recovery.  Eqs (2.90)-(2.93)
+
+  Made when the first recovered field or probe is asked for. A node has a side for each material that meets there (regions of
+  equal law are one); a slot is a node's side, node * sides + k, sides in the order of their materials.
+*/
+#pragma once
+#include "fem_impl.h"
+#include "fem_point.h"
+#include "fem_stress.h"
+
+#define FEM_TERMS 10 /* of the largest patch polynomial: quadratic in space */
+
+/* What a request needs: all of it for a frame, the patches around the elements of the probes for those. */
+typedef struct {
+  PetscInt  n_cells, *cell; /* sampled */
+  PetscInt  n_fits, *fit;   /* slots of owned corner nodes that fit their own samples */
+  PetscInt  n_takes, *take; /* slots of owned corner nodes that take their neighbours' polynomials, by level */
+  PetscInt  n_between, *between; /* slots of owned nodes that are no corner */
+} FemRequest;
+
+struct _FemRecovery {
+  PetscInt   order, terms, parts, samples, sides;
+  PetscInt   last;       /* highest level */
+  PetscInt  *law;        /* [n_regions] first region of equal law */
+  PetscInt  *start, *around; /* [n_own + 1]: elements around each owned node, ascending */
+  PetscInt  *side;       /* [n_loc][sides] law, -1 = none */
+  PetscInt  *level;      /* [n_loc][sides] 0 inner patch; 1 takes from those; 2 own patch of a boundary node; from 3 takes from lower ones; -1 no corner */
+  PetscInt  *kind;       /* [n_loc][sides] of a slot that fits: what is fitted */
+  PetscInt  *sample_at;  /* [n_cells] place among the samples */
+  FemRequest all, probed;
+  PetscReal *poly;       /* [n_loc][sides][terms][parts] of x - x_node [Pa/m^degree] */
+  PetscReal *value;      /* [n_loc][sides][parts] [Pa] */
+  PetscInt   count, patches; /* whole recoveries, patches fitted; of this rank */
+
+  /* rank 0: points of a frame, nodes first, then further sides */
+  PetscBool  mapped;
+  PetscInt   n_points, *point_slot, *point_node; /* [n_points] */
+  PetscInt  *cell_point; /* as node_all, of points */
+};
+
+PetscErrorCode FemRecoveryCreate(FemModel model);  /* nothing when there is one already */
+PetscErrorCode FemRecoveryDestroy(FemModel model);
+PetscErrorCode FemRecover(FemModel model, const FemRequest *request); /* fills poly, value; ghosts too */
+/* Slots that the values at these nodes [n_loc] flags depend on, on every rank. */
+PetscErrorCode FemRequestCreate(FemModel model, PetscInt *wanted, FemRequest *request);
+PetscErrorCode FemRequestDestroy(FemRequest *request);
+PetscErrorCode FemRecoveryMapPoints(FemModel model);
+PetscInt       FemSlotOf(const struct _FemRecovery *r, PetscInt node, PetscInt law);
+/* Stress [parts] of element's own displacement at xi, and the place. */
+void FemRawStress(FemModel model, PetscInt cell, const PetscReal *x, const PetscReal *u, const PetscReal xi[3], PetscReal *s, PetscReal at[3]);
+void FemCellPlaces(FemModel model, PetscInt cell, PetscReal *x); /* [nodes][dim] [m] */
