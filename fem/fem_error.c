@@ -18,22 +18,21 @@ PetscErrorCode FemEstimateError(FemModel model, PetscReal *density)
     const FemShape    *shape = FemShapeGet(type);
     const FemElastic  *law   = &model->law[model->cell_material[c]];
     const PetscReal    share = model->cell_weight ? model->cell_weight[model->cell_gid[c]] : 1;
-    PetscReal          xi[FEM_RULE_MAX][3], w[FEM_RULE_MAX], x[FEM_MAX_DOFS], u[FEM_MAX_DOFS], volume = 0, square = 0;
-    PetscInt           slot[FEM_MAX_NODES], n;
+    const FemPoints   *points = r->rule[type];
+    PetscReal          x[FEM_MAX_DOFS], u[FEM_MAX_DOFS], volume = 0, square = 0;
+    PetscInt           slot[FEM_MAX_NODES];
 
     if (!model->own[c]) continue;
-    n = FemPointRule(type, r->order + (FemPointIsSimplex(type) ? dim - 1 : 1), xi, w); /* exact for the square of a polynomial of the elements' degree */
     FemCellPlaces(model, c, x);
     FemCellGather(model, c, model->u, u);
     for (PetscInt a = 0; a < shape->nodes; a++) slot[a] = FemSlotOf(r, model->cell_node[model->cell_start[c] + a], r->law[model->cell_material[c]]);
-    for (PetscInt q = 0; q < n; q++) {
-      PetscReal       N[FEM_MAX_NODES], dN[FEM_MAX_NODES * 3], at[3], raw[6], difference[6];
-      const PetscReal dV = w[q] * FemPointAt(shape, x, xi[q], N, dN, at) * (dim == 2 ? model->thickness : 1);
+    for (PetscInt q = 0; q < points->n; q++) {
+      PetscReal       at[3], raw[6], difference[6];
+      const PetscReal dV = points->w[q] * FemRawStress(model, c, x, u, points, q, raw, at) * (dim == 2 ? model->thickness : 1);
 
-      FemRawStress(model, c, x, u, xi[q], raw, at);
       for (PetscInt i = 0; i < r->parts; i++) {
         difference[i] = -raw[i];
-        for (PetscInt a = 0; a < shape->nodes; a++) difference[i] += N[a] * r->value[slot[a] * r->parts + i];
+        for (PetscInt a = 0; a < shape->nodes; a++) difference[i] += points->N[q][a] * r->value[slot[a] * r->parts + i];
       }
       square += dV * FemStressNorm(dim, law, difference);
       sum[1] += share * dV * FemStressNorm(dim, law, raw);

@@ -34,12 +34,11 @@ PetscBool FemPointIsSimplex(MeshCellType type)
   return (PetscBool)(family == TRIANGLE || family == TETRAHEDRON);
 }
 
-PetscReal FemPointAt(const FemShape *shape, const PetscReal *x, const PetscReal xi[3], PetscReal *N, PetscReal *dN, PetscReal *at)
+PetscReal FemPointMap(const FemShape *shape, const PetscReal *x, const PetscReal *N, const PetscReal grad[][3], PetscReal *dN, PetscReal *at)
 {
   const PetscInt dim = shape->dim, nodes = shape->nodes;
-  PetscReal      grad[FEM_MAX_NODES][3], J[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, cofactor[3][3], det = 0;
+  PetscReal      J[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, cofactor[3][3], det = 0;
 
-  FemShapeAt(shape->type, xi, N, grad);
   for (PetscInt i = 0; i < dim; i++) {
     at[i] = 0;
     for (PetscInt j = 0; j < dim; j++) J[i][j] = 0;
@@ -60,6 +59,19 @@ PetscReal FemPointAt(const FemShape *shape, const PetscReal *x, const PetscReal 
       dN[a * dim + i] = sum / det;
     }
   return det;
+}
+
+PetscReal FemPointAt(const FemShape *shape, const PetscReal *x, const PetscReal xi[3], PetscReal *N, PetscReal *dN, PetscReal *at)
+{
+  PetscReal grad[FEM_MAX_NODES][3];
+
+  FemShapeAt(shape->type, xi, N, grad);
+  return FemPointMap(shape, x, N, (const PetscReal(*)[3])grad, dN, at);
+}
+
+void FemPointsFill(MeshCellType type, FemPoints *points)
+{
+  for (PetscInt q = 0; q < points->n; q++) FemShapeAt(type, points->xi[q], points->N[q], points->grad[q]);
 }
 
 /* How far outside the reference element. */

@@ -14,10 +14,20 @@ PetscBool FemPointIsSimplex(MeshCellType type);  /* triangle or tetrahedron */
 /* N [nodes], gradients dN [nodes][dim] [1/m] and place at [dim] [m] of reference point xi; x [nodes][dim]. Returns det J.  Eq. (2.5), (2.6) */
 PetscReal FemPointAt(const FemShape *shape, const PetscReal *x, const PetscReal xi[3], PetscReal *N, PetscReal *dN, PetscReal *at);
 
+/* The same with the reference gradients grad [nodes] at hand. */
+PetscReal FemPointMap(const FemShape *shape, const PetscReal *x, const PetscReal *N, const PetscReal grad[][3], PetscReal *dN, PetscReal *at);
+
 /* Newton from the middle for x(xi) = at. Returns how far xi lies outside the reference element (0: inside), a large number when
    Newton does not get there. */
 PetscReal FemPointFind(const FemShape *shape, const PetscReal *x, const PetscReal at[3], PetscReal xi[3]);
 void      FemPointClamp(MeshCellType type, PetscReal xi[3]); /* to the nearest place in the reference element, roughly for simplices */
+
+/* Points with what the shape functions are there. */
+typedef struct {
+  PetscInt  n;
+  PetscReal xi[FEM_RULE_MAX][3], w[FEM_RULE_MAX], N[FEM_RULE_MAX][FEM_MAX_NODES], grad[FEM_RULE_MAX][FEM_MAX_NODES][3];
+} FemPoints;
+void FemPointsFill(MeshCellType type, FemPoints *points); /* N and grad of n points at xi */
 
 /* Gauss points with n a side; a simplex takes them collapsed, exact to degree 2 n - dim. w sums to the reference volume. Returns how many. */
 PetscInt FemPointRule(MeshCellType type, PetscInt n, PetscReal xi[FEM_RULE_MAX][3], PetscReal w[FEM_RULE_MAX]);

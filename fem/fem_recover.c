@@ -4,7 +4,7 @@
   Around each corner node, and for each material that meets there, a polynomial of the elements' degree is fitted to the
   stress at the elements' best points. A node on the boundary of its material sees elements on one side only: it takes the
   mean of the polynomials of inner corner nodes it shares an element with, and fits its own patch only if there is none.
-  Other nodes take the mean of what the corners around them say. Every patch of an owned node lies wholly on its rank, and
+  A node between corners takes the mean of what those say. Every patch of an owned node lies wholly on its rank, and
   sums run in global order, so the values do not depend on the number of ranks.  Docs: theory 2.9
 */
 #include "fem_recover.h"
@@ -61,17 +61,18 @@ void FemCellPlaces(FemModel model, PetscInt cell, PetscReal *x)
     for (PetscInt d = 0; d < model->dim; d++) x[a * model->dim + d] = model->x[node[a] * model->dim + d];
 }
 
-void FemRawStress(FemModel model, PetscInt cell, const PetscReal *x, const PetscReal *u, const PetscReal xi[3], PetscReal *s, PetscReal at[3])
+PetscReal FemRawStress(FemModel model, PetscInt cell, const PetscReal *x, const PetscReal *u, const FemPoints *points, PetscInt q, PetscReal *s, PetscReal at[3])
 {
   const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
   const PetscInt  dim   = model->dim;
-  PetscReal       N[FEM_MAX_NODES], dN[FEM_MAX_NODES * 3], h[3][3] = {{0}};
+  PetscReal       dN[FEM_MAX_DOFS], h[3][3] = {{0}};
+  const PetscReal det = FemPointMap(shape, x, points->N[q], points->grad[q], dN, at);
 
-  (void)FemPointAt(shape, x, xi, N, dN, at);
   for (PetscInt a = 0; a < shape->nodes; a++)
     for (PetscInt i = 0; i < dim; i++)
       for (PetscInt j = 0; j < dim; j++) h[i][j] += u[a * dim + i] * dN[a * dim + j];
   FemStressOf(dim, &model->law[model->cell_material[cell]], h, s);
+  return det;
 }
 
 /* ---- polynomials ---- */
@@ -272,14 +273,13 @@ static PetscInt PatchPoints(FemModel model, PetscInt slot, PetscInt kind, const 
   PetscInt         n = 0;
 
   for (PetscInt k = r->start[node]; k < r->start[node + 1]; k++) {
-    const PetscInt c = r->around[k];
-    PetscReal      xi[FEM_RULE_MAX][3], w[FEM_RULE_MAX], x[FEM_MAX_DOFS], u[FEM_MAX_DOFS], here[3], stress[6];
-    PetscInt       m;
+    const PetscInt   c      = r->around[k];
+    const FemPoints *points = kind == FIT_RULE ? r->rule[model->cell_type[c]] : r->best[model->cell_type[c]];
+    PetscReal        x[FEM_MAX_DOFS], u[FEM_MAX_DOFS], here[3], stress[6];
 
     if (LawOf(model, c) != r->side[slot]) continue;
-    m = kind == FIT_RULE ? FemPointRule((MeshCellType)model->cell_type[c], r->order + 1, xi, w) : FemPointSamples((MeshCellType)model->cell_type[c], xi);
     if (kind == FIT_SAMPLES && sample) {
-      for (PetscInt q = 0; q < m && n < room; q++, n++) {
+      for (PetscInt q = 0; q < points->n && n < room; q++, n++) {
         const PetscReal *from = &sample[(r->sample_at[c] + q) * stride];
 
         for (PetscInt d = 0; d < dim; d++) at[3 * n + d] = from[d] - centre[d];
@@ -289,8 +289,8 @@ static PetscInt PatchPoints(FemModel model, PetscInt slot, PetscInt kind, const 
     }
     FemCellPlaces(model, c, x);
     FemCellGather(model, c, model->u, u);
-    for (PetscInt q = 0; q < m && n < room; q++, n++) {
-      FemRawStress(model, c, x, u, xi[q], stress, here);
+    for (PetscInt q = 0; q < points->n && n < room; q++, n++) {
+      (void)FemRawStress(model, c, x, u, points, q, stress, here);
       for (PetscInt d = 0; d < dim; d++) at[3 * n + d] = here[d] - centre[d];
       for (PetscInt i = 0; i < r->parts && s; i++) s[n * r->parts + i] = stress[i];
     }
@@ -408,19 +408,30 @@ static PetscErrorCode FindLevels(FemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Degree, and the points of every type there is. */
 static PetscErrorCode FindOrder(FemModel model)
 {
-  FemRecovery r = model->recovery;
-  PetscReal   xi[FEM_RULE_MAX][3];
+  FemRecovery r       = model->recovery;
   PetscInt    most[2] = {1, 1};
 
   PetscFunctionBegin;
   for (PetscInt c = 0; c < model->n_cells; c++) {
-    most[0] = PetscMax(most[0], FemPointOrder((MeshCellType)model->cell_type[c]));
-    PetscCheck(FemPointEdges((MeshCellType)model->cell_type[c], 0), PETSC_COMM_SELF, PETSC_ERR_SUP, "Stress recovery does not cover elements of gmsh's type %d", (int)model->cell_type[c]);
+    const MeshCellType type = (MeshCellType)model->cell_type[c];
+    const PetscInt     order = FemPointOrder(type);
+    FemPoints         *best, *rule;
+
+    if (r->best[type]) continue;
+    PetscCheck(FemPointEdges(type, 0), PETSC_COMM_SELF, PETSC_ERR_SUP, "Stress recovery does not cover elements of gmsh's type %d", (int)type);
+    PetscCall(PetscCalloc2(1, &best, 1, &rule));
+    best->n = FemPointSamples(type, best->xi);
+    rule->n = FemPointRule(type, order + (FemPointIsSimplex(type) ? model->dim - 1 : 1), rule->xi, rule->w);
+    FemPointsFill(type, best);
+    FemPointsFill(type, rule);
+    r->best[type] = best;
+    r->rule[type] = rule;
+    most[0]       = PetscMax(most[0], order);
+    most[1]       = PetscMax(most[1], best->n);
   }
-  for (PetscInt c = 0; c < model->n_cells; c++)
-    if (FemPointOrder((MeshCellType)model->cell_type[c]) == most[0]) most[1] = PetscMax(most[1], FemPointSamples((MeshCellType)model->cell_type[c], xi));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, most, 2, MPIU_INT, MPI_MAX, model->comm));
   r->order   = most[0];
   r->samples = most[1];
@@ -484,8 +495,22 @@ static PetscErrorCode ListRequest(FemModel model, const PetscInt *slot, const Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Flags the corners of the elements of the slot's material around its node; below < 0: all of them, otherwise those of a lower level. */
-static void WantCorners(FemModel model, PetscInt slot, PetscInt below, PetscInt *want)
+/* Slots of the corners a node lies between: ends of its edge, corners of its side or element; all elements around agree on them. Returns how many. */
+static PetscInt Parents(FemModel model, PetscInt slot, PetscInt parent[8])
+{
+  FemRecovery    r    = model->recovery;
+  const PetscInt node = slot / r->sides;
+  PetscInt       k    = r->start[node], a = 0, corner[8], n;
+
+  while (LawOf(model, r->around[k]) != r->side[slot]) k++;
+  while (model->cell_node[model->cell_start[r->around[k]] + a] != node) a++;
+  n = MeshCellParents((MeshCellType)model->cell_type[r->around[k]], a, corner);
+  for (PetscInt i = 0; i < n; i++) parent[i] = FemSlotOf(r, model->cell_node[model->cell_start[r->around[k]] + corner[i]], r->side[slot]);
+  return n;
+}
+
+/* Flags the corners of a lower level in the elements of the slot's material around its node. */
+static void WantLower(FemModel model, PetscInt slot, PetscInt below, PetscInt *want)
 {
   FemRecovery    r    = model->recovery;
   const PetscInt node = slot / r->sides;
@@ -497,7 +522,7 @@ static void WantCorners(FemModel model, PetscInt slot, PetscInt below, PetscInt 
     for (PetscInt a = 0; a < corners; a++) {
       const PetscInt other = FemSlotOf(r, model->cell_node[model->cell_start[c] + a], r->side[slot]);
 
-      if (other >= 0 && (below < 0 || r->level[other] < below)) want[other] = 1;
+      if (r->level[other] < below) want[other] = 1;
     }
   }
 }
@@ -514,12 +539,17 @@ PetscErrorCode FemRequestCreate(FemModel model, PetscInt *wanted, FemRequest *q)
   for (PetscInt k = 0; k < model->n_own * r->sides; k++) {
     if (!wanted[k / r->sides] || r->side[k] < 0) continue;
     if (r->level[k] >= 0) want[k] = 1;
-    else WantCorners(model, k, -1, want);
+    else {
+      PetscInt       parent[8];
+      const PetscInt n = Parents(model, k, parent);
+
+      for (PetscInt i = 0; i < n; i++) want[parent[i]] = 1;
+    }
   }
   PetscCall(ToOwners(model, r->sides, want));
   for (PetscInt level = r->last; level >= 1; level--) {
     for (PetscInt k = 0; k < model->n_own * r->sides; k++)
-      if (want[k] && r->level[k] == level && r->kind[k] == FIT_NONE) WantCorners(model, k, level, want);
+      if (want[k] && r->level[k] == level && r->kind[k] == FIT_NONE) WantLower(model, k, level, want);
     PetscCall(ToOwners(model, r->sides, want));
   }
   PetscCall(ListRequest(model, want, wanted, q));
@@ -558,6 +588,7 @@ PetscErrorCode FemRecoveryDestroy(FemModel model)
 
   PetscFunctionBegin;
   if (!r) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt t = 0; t <= MESH_PRISM15; t++) PetscCall(PetscFree2(r->best[t], r->rule[t]));
   PetscCall(PetscFree(r->law));
   PetscCall(PetscFree(r->start));
   PetscCall(PetscFree(r->around));
@@ -595,7 +626,7 @@ static PetscErrorCode FitPatch(FemModel model, PetscInt slot, const PetscReal *s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Mean over the elements of the slot's material, and their corners of a lower level (below < 0: all), of what they say here.  Eq. (2.92) */
+/* Mean over the elements of the slot's material, and their corners of a lower level, of what those say here.  Eq. (2.92) */
 static void TakePatch(FemModel model, PetscInt slot, PetscInt below, PetscReal *poly)
 {
   FemRecovery    r    = model->recovery;
@@ -611,13 +642,32 @@ static void TakePatch(FemModel model, PetscInt slot, PetscInt below, PetscReal *
       const PetscInt from = model->cell_node[model->cell_start[c] + a], other = FemSlotOf(r, from, r->side[slot]);
       PetscReal      t[3];
 
-      if (other < 0 || (below >= 0 && r->level[other] >= below)) continue;
+      if (r->level[other] >= below) continue;
       for (PetscInt d = 0; d < dim; d++) t[d] = model->x[node * dim + d] - model->x[from * dim + d];
       AddMoved(dim, r->terms, r->parts, &r->poly[other * size], t, poly);
       n++;
     }
   }
   for (PetscInt k = 0; k < size; k++) poly[k] /= n;
+}
+
+/* Eq. (2.93) */
+static void BetweenCorners(FemModel model, PetscInt slot, PetscReal *value)
+{
+  FemRecovery    r    = model->recovery;
+  const PetscInt dim  = model->dim, node = slot / r->sides;
+  PetscInt       parent[8];
+  const PetscInt n = Parents(model, slot, parent);
+
+  for (PetscInt c = 0; c < r->parts; c++) value[c] = 0;
+  for (PetscInt i = 0; i < n; i++) {
+    PetscReal t[3], P[FEM_TERMS];
+
+    for (PetscInt d = 0; d < dim; d++) t[d] = model->x[node * dim + d] - model->x[parent[i] / r->sides * dim + d];
+    Basis(dim, r->terms, t, P);
+    for (PetscInt k = 0; k < r->terms; k++)
+      for (PetscInt c = 0; c < r->parts; c++) value[c] += P[k] * r->poly[(parent[i] * r->terms + k) * r->parts + c] / n;
+  }
 }
 
 PetscErrorCode FemRecover(FemModel model, const FemRequest *q)
@@ -632,18 +682,17 @@ PetscErrorCode FemRecover(FemModel model, const FemRequest *q)
   PetscCall(PetscMalloc1(q->n_cells * r->samples * stride, &sample));
 #pragma omp parallel for schedule(static) num_threads(model->threads)
   for (PetscInt k = 0; k < q->n_cells; k++) {
-    const PetscInt c = q->cell[k];
-    PetscReal      xi[FEM_RULE_MAX][3], x[FEM_MAX_DOFS], u[FEM_MAX_DOFS], at[3];
-    PetscInt       n;
+    const PetscInt   c      = q->cell[k];
+    const FemPoints *points = r->best[model->cell_type[c]];
+    PetscReal        x[FEM_MAX_DOFS], u[FEM_MAX_DOFS], at[3];
 
     r->sample_at[c] = k * r->samples;
     FemCellPlaces(model, c, x);
     FemCellGather(model, c, model->u, u);
-    n = FemPointSamples((MeshCellType)model->cell_type[c], xi);
-    for (PetscInt p = 0; p < n; p++) {
+    for (PetscInt p = 0; p < points->n; p++) {
       PetscReal *to = &sample[(k * r->samples + p) * stride];
 
-      FemRawStress(model, c, x, u, xi[p], &to[dim], at);
+      (void)FemRawStress(model, c, x, u, points, p, &to[dim], at);
       for (PetscInt d = 0; d < dim; d++) to[d] = at[d];
     }
   }
@@ -656,12 +705,7 @@ PetscErrorCode FemRecover(FemModel model, const FemRequest *q)
   }
   for (PetscInt k = 0; k < q->n_fits; k++) PetscCall(PetscArraycpy(&r->value[q->fit[k] * r->parts], &r->poly[q->fit[k] * size], r->parts));
   for (PetscInt k = 0; k < q->n_takes; k++) PetscCall(PetscArraycpy(&r->value[q->take[k] * r->parts], &r->poly[q->take[k] * size], r->parts));
-  for (PetscInt k = 0; k < q->n_between; k++) {
-    PetscReal poly[FEM_TERMS * 6];
-
-    TakePatch(model, q->between[k], -1, poly);
-    PetscCall(PetscArraycpy(&r->value[q->between[k] * r->parts], poly, r->parts));
-  }
+  for (PetscInt k = 0; k < q->n_between; k++) BetweenCorners(model, q->between[k], &r->value[q->between[k] * r->parts]);
   PetscCall(ToGhosts(model, MPIU_REAL, r->sides * r->parts, r->value));
   r->patches += q->n_fits;
   if (q == &r->all) r->count++;

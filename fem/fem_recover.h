@@ -16,11 +16,12 @@ typedef struct {
   PetscInt  n_cells, *cell; /* sampled */
   PetscInt  n_fits, *fit;   /* slots of owned corner nodes that fit their own samples */
   PetscInt  n_takes, *take; /* slots of owned corner nodes that take their neighbours' polynomials, by level */
-  PetscInt  n_between, *between; /* slots of owned nodes that are no corner */
+  PetscInt  n_between, *between; /* slots of owned nodes between corners */
 } FemRequest;
 
 struct _FemRecovery {
-  PetscInt   order, terms, parts, samples, sides;
+  PetscInt   order, terms, parts, samples, sides; /* samples: most of any element */
+  FemPoints *best[MESH_PRISM15 + 1], *rule[MESH_PRISM15 + 1]; /* by element type: where its stress is best; a rule exact for squared errors */
   PetscInt   last;       /* highest level */
   PetscInt  *law;        /* [n_regions] first region of equal law */
   PetscInt  *start, *around; /* [n_own + 1]: elements around each owned node, ascending */
@@ -47,6 +48,6 @@ PetscErrorCode FemRequestCreate(FemModel model, PetscInt *wanted, FemRequest *re
 PetscErrorCode FemRequestDestroy(FemRequest *request);
 PetscErrorCode FemRecoveryMapPoints(FemModel model);
 PetscInt       FemSlotOf(const struct _FemRecovery *r, PetscInt node, PetscInt law);
-/* Stress [parts] of element's own displacement at xi, and the place. */
-void FemRawStress(FemModel model, PetscInt cell, const PetscReal *x, const PetscReal *u, const PetscReal xi[3], PetscReal *s, PetscReal at[3]);
+/* Stress [parts] of the element's own displacement at point q, and the place; returns det J. */
+PetscReal FemRawStress(FemModel model, PetscInt cell, const PetscReal *x, const PetscReal *u, const FemPoints *points, PetscInt q, PetscReal *s, PetscReal at[3]);
 void FemCellPlaces(FemModel model, PetscInt cell, PetscReal *x); /* [nodes][dim] [m] */
