@@ -9,11 +9,15 @@ typedef struct _p_FemModel *FemModel; /* fields live in fem_impl.h */
 typedef enum { FEM_SOLID, FEM_PLANE_STRAIN, FEM_PLANE_STRESS } FemKind;
 typedef enum { FEM_STATIC, FEM_EXPLICIT } FemMethod;
 typedef enum { FEM_DISPLACEMENT, FEM_VELOCITY } FemMotion;
+typedef enum { FEM_ENHANCED, FEM_FULL } FemElement; /* quad4 and hex8: free of locking, or plain with full integration */
 
 typedef struct {
   PetscReal density; /* [kg/m3] */
   PetscReal young;   /* [Pa] */
   PetscReal poisson; /* [-] in (-1, 1/2) */
+  PetscBool orthotropic;       /* then young and poisson are not read, but these:  Eq. (2.40) */
+  PetscReal E[3], nu[3], G[3]; /* along axes 1, 2, 3 [Pa]; nu_ij contraction along j when pulled along i, G_ij [Pa]: 12, 13, 23 */
+  PetscReal axis[2][3];        /* directions of 1 and 2, any length, 2 made square to 1; all 0: x and y */
 } FemMaterial;
 
 /* Arrays on loan; valid until FemModelRestoreState(). Explicit models on one rank; nodes in the mesh's order of use. */
@@ -30,6 +34,7 @@ PetscErrorCode FemModelCreate(MPI_Comm comm, FemModel *model);
 PetscErrorCode FemModelSetName(FemModel model, const char *name); /* heads its block in frames; "fem" unless set */
 PetscErrorCode FemModelSetKind(FemModel model, FemKind kind, PetscReal thickness); /* thickness [m], ignored for a solid */
 PetscErrorCode FemModelSetMethod(FemModel model, FemMethod method);
+PetscErrorCode FemModelSetElement(FemModel model, FemElement element);
 PetscErrorCode FemModelSetMesh(FemModel model, const Mesh *mesh); /* copies what it needs; call before groups are named */
 PetscErrorCode FemModelAddMaterial(FemModel model, const char *group, const FemMaterial *material); /* "" = the whole body */
 
@@ -60,7 +65,8 @@ PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const ch
    FemModelSetMesh(), before set-up; at [dim] [m]. Only the patches around the probes are recovered, and only when a row is written. */
 PetscErrorCode FemModelAddProbe(FemModel model, const char *name, const PetscReal at[3], PetscInt n, const char *const quantity[]);
 
-/* For a coupling, before set-up: share of each element's stiffness and mass, > 0, in the mesh's order of top-dimension cells. */
+/* For a coupling, before set-up: share of each element's stiffness and mass, > 0, in the mesh's order of top-dimension cells. Elements
+   that share are plain ones, whatever FemModelSetElement says: the coupling's own energies see the nodes' motion only. */
 PetscErrorCode FemModelSetCellWeights(FemModel model, const PetscReal weight[]);
 /* mass [kg] each node has beyond its elements' (less where negative), in the mesh's order; one rank. */
 PetscErrorCode FemModelSetExtraMass(FemModel model, const PetscReal mass[]);

@@ -21,14 +21,6 @@ static PetscReal Scatter(PetscInt64 number)
   return (PetscReal)(z >> 11) / 9007199254740992.0 - 0.5;
 }
 
-static void CellStiffness(FemModel model, PetscInt c, PetscReal *K)
-{
-  PetscReal dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS];
-
-  FemCellGeometry(model, c, dN, w);
-  FemStiffness(FemShapeGet((MeshCellType)model->cell_type[c]), &model->law[model->cell_material[c]], dN, w, K);
-}
-
 /* k [nodes] trace of the diagonal block of each node: how much of the node's stiffness this element is. */
 static void NodeTraces(PetscInt nodes, PetscInt dim, const PetscReal *K, PetscReal *k)
 {
@@ -51,7 +43,7 @@ PetscErrorCode FemBoundStep(FemModel model)
     const PetscInt nodes = model->cell_start[c + 1] - model->cell_start[c];
     PetscReal      K[FEM_MAX_DOFS * FEM_MAX_DOFS], k[FEM_MAX_NODES];
 
-    CellStiffness(model, c, K);
+    FemCellStiffness(model, c, K);
     NodeTraces(nodes, dim, K, k);
     for (PetscInt a = 0; a < nodes; a++) share[model->cell_node[model->cell_start[c] + a] * dim] += k[a];
   }
@@ -62,7 +54,7 @@ PetscErrorCode FemBoundStep(FemModel model)
     const PetscInt nodes = model->cell_start[c + 1] - model->cell_start[c];
     PetscReal      K[FEM_MAX_DOFS * FEM_MAX_DOFS], m[FEM_MAX_NODES];
 
-    CellStiffness(model, c, K);
+    FemCellStiffness(model, c, K);
     NodeTraces(nodes, dim, K, m);
     for (PetscInt a = 0; a < nodes; a++) m[a] *= share[model->cell_node[model->cell_start[c] + a] * dim];
     largest = PetscMax(largest, FemEigenBound(nodes, dim, K, m));

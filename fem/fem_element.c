@@ -142,9 +142,64 @@ static inline void Stiffness(PetscInt nodes, PetscInt dim, PetscInt points, cons
   }
 }
 
+/* Any law: K_ab = int B_a' C B_b.  Eq. (2.42) */
+static void StiffnessGeneral(PetscInt nodes, PetscInt dim, PetscInt points, const FemElastic *law, const PetscReal *restrict dN, const PetscReal *restrict w, PetscReal *restrict K)
+{
+  const PetscInt n = nodes * dim;
+
+  for (PetscInt k = 0; k < n * n; k++) K[k] = 0;
+  for (PetscInt q = 0; q < points; q++)
+    for (PetscInt b = 0; b < nodes; b++)
+      for (PetscInt j = 0; j < dim; j++) { /* stress of a unit motion of node b along j */
+        const PetscReal *d = &dN[(q * nodes + b) * dim];
+        PetscReal        e[6] = {0}, s[6], t[3][3];
+
+        e[j] = d[j];
+        if (dim == 2) e[3] = d[1 - j];
+        else {
+          e[3 + j]           = d[(j + 1) % 3];
+          e[3 + (j + 2) % 3] = d[(j + 2) % 3];
+        }
+        FemStress(law, dim, e, s);
+        for (PetscInt i = 0; i < 3; i++) {
+          t[i][i]           = w[q] * s[i];
+          t[i][(i + 1) % 3] = t[(i + 1) % 3][i] = w[q] * s[3 + i];
+        }
+        for (PetscInt a = 0; a < nodes; a++)
+          for (PetscInt i = 0; i < dim; i++)
+            for (PetscInt k = 0; k < dim; k++) K[(a * dim + i) * n + b * dim + j] += t[i][k] * dN[(q * nodes + a) * dim + k];
+      }
+}
+
+static void ForceGeneral(PetscInt nodes, PetscInt dim, PetscInt points, const FemElastic *law, const PetscReal *restrict dN, const PetscReal *restrict w, const PetscReal *restrict u, PetscReal *restrict f)
+{
+  for (PetscInt k = 0; k < nodes * dim; k++) f[k] = 0;
+  for (PetscInt q = 0; q < points; q++) {
+    const PetscReal *g = &dN[q * nodes * dim];
+    PetscReal        h[3][3] = {{0}}, e[6], s[6], t[3][3];
+
+    for (PetscInt a = 0; a < nodes; a++)
+      for (PetscInt i = 0; i < dim; i++)
+        for (PetscInt j = 0; j < dim; j++) h[i][j] += u[a * dim + i] * g[a * dim + j];
+    for (PetscInt i = 0; i < 3; i++) {
+      e[i]     = h[i][i];
+      e[3 + i] = h[i][(i + 1) % 3] + h[(i + 1) % 3][i];
+    }
+    FemStress(law, dim, e, s);
+    for (PetscInt i = 0; i < 3; i++) {
+      t[i][i]           = w[q] * s[i];
+      t[i][(i + 1) % 3] = t[(i + 1) % 3][i] = w[q] * s[3 + i];
+    }
+    for (PetscInt a = 0; a < nodes; a++)
+      for (PetscInt i = 0; i < dim; i++)
+        for (PetscInt j = 0; j < dim; j++) f[a * dim + i] += t[i][j] * g[a * dim + j];
+  }
+}
+
 void FemStiffness(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, PetscReal *K)
 {
-  FOR_SHAPE(shape, Stiffness, law, dN, w, K)
+  if (law->general) StiffnessGeneral(shape->nodes, shape->dim, shape->points, law, dN, w, K);
+  else FOR_SHAPE(shape, Stiffness, law, dN, w, K)
 }
 
 static inline void Force(PetscInt nodes, PetscInt dim, PetscInt points, const FemElastic *law, const PetscReal *restrict dN, const PetscReal *restrict w, const PetscReal *restrict u, PetscReal *restrict f)
@@ -170,7 +225,8 @@ static inline void Force(PetscInt nodes, PetscInt dim, PetscInt points, const Fe
 
 void FemForce(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const PetscReal *u, PetscReal *f)
 {
-  FOR_SHAPE(shape, Force, law, dN, w, u, f)
+  if (law->general) ForceGeneral(shape->nodes, shape->dim, shape->points, law, dN, w, u, f);
+  else FOR_SHAPE(shape, Force, law, dN, w, u, f)
 }
 
 void FemBodyMass(const FemShape *shape, PetscReal density, const PetscReal *w, PetscReal *m)
@@ -201,7 +257,7 @@ void FemLumpedMass(const FemShape *shape, PetscReal density, const PetscReal *w,
 void FemMeanStress(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const PetscReal *u, PetscReal *strain, PetscReal *stress)
 {
   const PetscInt dim = shape->dim, nodes = shape->nodes;
-  PetscReal      h[3][3] = {{0}}, volume = 0, trace;
+  PetscReal      h[3][3] = {{0}}, e[6], volume = 0;
 
   for (PetscInt q = 0; q < shape->points; q++) {
     volume += w[q];
@@ -211,21 +267,13 @@ void FemMeanStress(const FemShape *shape, const FemElastic *law, const PetscReal
   }
   for (PetscInt i = 0; i < dim; i++)
     for (PetscInt j = 0; j < dim; j++) h[i][j] /= volume;
-  trace = h[0][0] + h[1][1] + h[2][2];
-  if (strain) {
-    for (PetscInt i = 0; i < 3; i++) {
-      strain[i]     = h[i][i];
-      strain[3 + i] = h[i][(i + 1) % 3] + h[(i + 1) % 3][i];
-    }
-    if (dim == 2) strain[2] = law->ezz * trace;
+  for (PetscInt i = 0; i < 3; i++) {
+    e[i]     = h[i][i];
+    e[3 + i] = h[i][(i + 1) % 3] + h[(i + 1) % 3][i];
   }
-  if (stress) {
-    for (PetscInt i = 0; i < 3; i++) {
-      stress[i]     = 2 * law->mu * h[i][i] + law->lambda * trace;
-      stress[3 + i] = law->mu * (h[i][(i + 1) % 3] + h[(i + 1) % 3][i]);
-    }
-    if (dim == 2) stress[2] = law->szz * trace;
-  }
+  if (stress) FemStress(law, dim, e, stress);
+  if (dim == 2) e[2] = FemStrainZZ(law, e);
+  for (PetscInt i = 0; i < 6 && strain; i++) strain[i] = e[i];
 }
 
 /* Largest eigenvalue of A <= (tr A^m)^(1/m) for m = 2^k, A symmetric and not negative; k = 6 loses at most n^(1/64). */

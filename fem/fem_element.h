@@ -31,11 +31,43 @@ const FemShape *FemShapeGet(MeshCellType type); /* NULL when not covered */
    For set-up and looking up: slow. Lines too. */
 void FemShapeAt(MeshCellType type, const PetscReal xi[3], PetscReal N[], PetscReal dN[][3]);
 
-/* Lame constants [Pa] that act in the plane or the solid.  Eq. (2.3), (2.4) */
+/* Elastic constants [Pa] that act in the plane or the solid: Lame's, or where general a matrix.  Eqs (2.3), (2.4), (2.41)-(2.43) */
 typedef struct {
-  PetscReal lambda, mu;       /* in h -> s; plane stress has its own lambda */
-  PetscReal szz, ezz;         /* 2D: s_zz = szz (h_xx + h_yy) [Pa], e_zz = ezz (h_xx + h_yy) */
+  PetscReal lambda, mu; /* in h -> s; plane stress has its own lambda */
+  PetscReal szz, ezz;   /* 2D: s_zz = szz (h_xx + h_yy) [Pa], e_zz = ezz (h_xx + h_yy) */
+  PetscBool general;
+  PetscReal C[6][6];    /* s = C e; in a plane body e has xx, yy, xy only */
+  PetscReal ezz_of[6];  /* plane stress: e_zz = ezz_of . e */
 } FemElastic;
+
+/* s [6] = stress [Pa] of the strain e [6]; in a plane body e is that in the plane, and e_zz = 0 here. */
+static inline void FemStress(const FemElastic *law, PetscInt dim, const PetscReal e[6], PetscReal s[6])
+{
+  const PetscReal trace = e[0] + e[1] + e[2];
+
+  if (law->general) {
+    for (PetscInt i = 0; i < 6; i++) {
+      s[i] = 0;
+      for (PetscInt j = 0; j < 6; j++) s[i] += law->C[i][j] * e[j];
+    }
+    return;
+  }
+  for (PetscInt i = 0; i < 3; i++) {
+    s[i]     = 2 * law->mu * e[i] + law->lambda * trace;
+    s[3 + i] = law->mu * e[3 + i];
+  }
+  if (dim == 2) s[2] = law->szz * trace;
+}
+
+/* e_zz [-] that goes with a plane strain e [6] */
+static inline PetscReal FemStrainZZ(const FemElastic *law, const PetscReal e[6])
+{
+  PetscReal sum = 0;
+
+  if (!law->general) return law->ezz * (e[0] + e[1]);
+  for (PetscInt j = 0; j < 6; j++) sum += law->ezz_of[j] * e[j];
+  return sum;
+}
 
 /*
   Gradients of the shape functions and weights of the points.  Eq. (2.6)
@@ -62,6 +94,29 @@ void FemLumpedMass(const FemShape *shape, PetscReal density, const PetscReal *w,
 void FemBodyMass(const FemShape *shape, PetscReal density, const PetscReal *w, PetscReal *m);
 /* Volume means of strain [-] and stress [Pa], Voigt [6] each; either may be NULL. */
 void FemMeanStress(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const PetscReal *u, PetscReal *strain, PetscReal *stress);
+
+/*
+  Strains of an element's own, which cure quad4 and hex8 of locking.  Eqs (2.32)-(2.36), fem_modes.c
+
+  Kept per element while it is worked on, for one law; a cell's weights w may carry its share.
+*/
+#define FEM_MODES       12
+#define FEM_MODE_POINTS 8
+#define FEM_MODE_DOFS   24
+typedef struct {
+  PetscInt  n;                                      /* 4 in the plane, 12 in space */
+  PetscReal strain[FEM_MODE_POINTS][FEM_MODES][6];  /* of each mode at each point */
+  PetscReal factor[FEM_MODES * FEM_MODES];          /* Cholesky factor of int G' C G */
+} FemModes;
+
+PetscBool FemModesHas(const FemShape *shape); /* is there such a set for this shape? */
+void      FemModesCreate(const FemShape *shape, const FemElastic *law, const PetscReal *x, const PetscReal *w, FemModes *modes);
+/* The condensed stiffness, and the force of a displacement without forming it; as FemStiffness, FemForce. */
+void FemModesStiffness(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, PetscReal *K);
+void FemModesForce(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, const PetscReal *u, PetscReal *f);
+/* strain [points][6] of the nodes' motion and the modes that go with it; modes NULL: of the nodes' alone, any shape. Plane: e_zz = 0. */
+void FemModesStrain(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, const PetscReal *u, PetscReal strain[][6]);
+
 /* Upper bound of the largest eigenvalue of K x = w^2 m x [1/s2].  Eq. (2.13) */
 PetscReal FemEigenBound(PetscInt nodes, PetscInt dim, const PetscReal *K, const PetscReal *m);
 

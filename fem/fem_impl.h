@@ -110,6 +110,7 @@ struct _p_FemModel {
   FemKind     kind;
   FemMethod   method;
   FemOperator operator;
+  FemElement  element;
   PetscReal   thickness, alpha, local, gravity[3], velocity0[3];
   PetscInt    threads;
   PetscBool   has_mesh, ready;
@@ -160,7 +161,7 @@ struct _p_FemModel {
   FemRows     rows;      /* of the outer elements only while inner.m > 1 */
   FemInner    inner;
   PetscReal   bound, critical, scale; /* [s], [s] 0 = not yet computed, [J] */
-  PetscReal  *cell_dN, *cell_w, *cell_f; /* element operator: gradients, weights, forces */
+  PetscReal  *cell_dN, *cell_w, *cell_f; /* element operator: gradients (enhanced: stiffness), weights, forces */
   PetscInt   *cell_point, *cell_at;      /* [n_cells] first point, first entry of dN; */
   PetscInt   *touch_start, *touch;       /* [n_own + 1], entries of cell_f rows that add to a node */
 
@@ -201,6 +202,9 @@ PetscErrorCode FemMeshDestroy(FemModel model);
 PetscErrorCode FemGhosts(FemModel model, PetscReal *u);                                        /* [n_loc*dim] owners to ghosts */
 PetscErrorCode FemGather(FemModel model, PetscSF home, PetscInt m, const PetscReal *own, PetscReal *all); /* m numbers each */
 PetscErrorCode FemScatter(FemModel model, PetscSF home, PetscInt m, const PetscReal *all, PetscReal *own);
+/* fem_material.c */
+PetscErrorCode FemCheckMaterial(FemModel model, FemMaterial *material); /* and young, poisson as sizes where it is orthotropic */
+FemElastic     FemElasticOf(FemKind kind, const FemMaterial *material);
 /* fem_setup.c */
 PetscErrorCode FemSetUpMaterials(FemModel model);
 PetscErrorCode FemSetUpFixes(FemModel model);
@@ -238,6 +242,11 @@ PetscErrorCode FemElementsCreate(FemModel model);
 PetscErrorCode FemElementsDestroy(FemModel model);
 PetscErrorCode FemApply(FemModel model, const PetscReal *u, PetscReal *f); /* f [n_own*dim] = K u, ghosts of u filled */
 void           FemCellGeometry(FemModel model, PetscInt cell, PetscReal *dN, PetscReal *w);
+PetscBool      FemCellEnhanced(FemModel model, PetscInt cell); /* has it strains of its own?  Eq. (2.32) */
+void           FemCellStiffness(FemModel model, PetscInt cell, PetscReal *K); /* [n][n], as the cell is: plain or enhanced */
+void           FemCellForce(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal *f);
+/* [points][6] each, of displacement ue [nodes][dim], the cell's own strains in it; either may be NULL */
+void           FemCellStress(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal strain[][6], PetscReal stress[][6]);
 void           FemCellGather(FemModel model, PetscInt cell, const PetscReal *u, PetscReal *ue);
 PetscReal      FemDot(FemModel model, const PetscReal *a, const PetscReal *b); /* owned dofs of this rank, same bits for any threads */
 PetscErrorCode FemSum(FemModel model, PetscInt n, PetscReal *value);           /* over ranks */

@@ -111,15 +111,21 @@ PetscErrorCode FemModelSetMethod(FemModel model, FemMethod method)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode FemModelSetElement(FemModel model, FemElement element)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_FALSE));
+  model->element = element;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FemModelAddMaterial(FemModel model, const char *group, const FemMaterial *material)
 {
   FemRegion region = {-1, *material};
 
   PetscFunctionBegin;
   PetscCall(CheckOpen(model, PETSC_TRUE));
-  BaseCheckInput(material->density > 0 && !PetscIsInfOrNanReal(material->density), model->comm, "Density %g kg/m3 must be positive", (double)material->density);
-  BaseCheckInput(material->young > 0 && !PetscIsInfOrNanReal(material->young), model->comm, "Young's modulus %g Pa must be positive", (double)material->young);
-  BaseCheckInput(material->poisson > -1 && material->poisson < 0.5, model->comm, "Poisson's ratio %g must lie above -1 and below 0.5", (double)material->poisson);
+  PetscCall(FemCheckMaterial(model, &region.material));
   if (group[0]) {
     PetscCall(FemFindGroup(model, group, &region.group));
     BaseCheckInput(model->group[region.group].dim == model->dim, model->comm, "%s: group '%s' has dimension %d; a material fills a group of dimension %d", model->source, group, (int)model->group[region.group].dim, (int)model->dim);

@@ -2,7 +2,7 @@
   fem_operator.c - internal forces f = K u of owned nodes, in two ways.
 
   Rows: K assembled once in block rows; a product streams it through memory. Elements: forces of each element from its
-  stored shape gradients, then summed into nodes from a list. Both run in threads over independent outputs and sum in
+  stored shape gradients (an enhanced one from its stored stiffness), then summed into nodes from a list. Both run in threads over independent outputs and sum in
   global order, so threads and ranks do not change a bit. fem/README.md has the measured times.
 */
 #include "fem_impl.h"
@@ -110,7 +110,7 @@ PetscErrorCode FemRowsCreate(FemModel model)
 PetscErrorCode FemRowsFill(FemModel model, const PetscBool *flag, PetscBool take, PetscReal *all)
 {
   const PetscInt dim = model->dim;
-  PetscReal      dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], K[FEM_MAX_DOFS * FEM_MAX_DOFS];
+  PetscReal      K[FEM_MAX_DOFS * FEM_MAX_DOFS];
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(all, (size_t)model->rows.start[model->n_own] * dim * dim));
@@ -119,8 +119,7 @@ PetscErrorCode FemRowsFill(FemModel model, const PetscBool *flag, PetscBool take
     const PetscInt *node = &model->cell_node[model->cell_start[c]], n = shape->nodes * dim;
 
     if (flag && flag[model->cell_gid[c]] != take) continue;
-    FemCellGeometry(model, c, dN, w);
-    FemStiffness(shape, &model->law[model->cell_material[c]], dN, w, K);
+    FemCellStiffness(model, c, K);
     for (PetscInt a = 0; a < shape->nodes; a++) {
       const PetscInt i = node[a];
 
@@ -158,11 +157,13 @@ PetscErrorCode FemElementsCreate(FemModel model)
     model->cell_point[c] = points;
     model->cell_at[c]    = entries;
     points += shape->points;
-    entries += shape->points * shape->nodes * dim;
+    entries += FemCellEnhanced(model, c) ? PetscSqr(shape->nodes * dim) : shape->points * shape->nodes * dim;
   }
   if (model->method == FEM_STATIC) points = entries = 0; /* few products: geometry is worked out anew each time */
   PetscCall(PetscMalloc3(points, &model->cell_w, entries, &model->cell_dN, (size_t)model->cell_start[model->n_cells] * dim, &model->cell_f));
-  for (PetscInt c = 0; c < model->n_cells && points; c++) FemCellGeometry(model, c, &model->cell_dN[model->cell_at[c]], &model->cell_w[model->cell_point[c]]);
+  for (PetscInt c = 0; c < model->n_cells && points; c++)
+    if (FemCellEnhanced(model, c)) FemCellStiffness(model, c, &model->cell_dN[model->cell_at[c]]);
+    else FemCellGeometry(model, c, &model->cell_dN[model->cell_at[c]], &model->cell_w[model->cell_point[c]]);
   PetscCall(BuildTouch(model, &model->touch_start, &model->touch));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -245,12 +246,20 @@ static void ApplyElements(FemModel model, const PetscReal *u, PetscReal *f)
 
 #pragma omp parallel for schedule(static) num_threads(threads)
   for (PetscInt c = 0; c < model->n_cells; c++) {
-    PetscReal        ue[FEM_MAX_DOFS], dN_here[FEM_MAX_POINTS * FEM_MAX_DOFS], w_here[FEM_MAX_POINTS];
-    const PetscReal *dN = stored ? &model->cell_dN[model->cell_at[c]] : dN_here, *w = stored ? &model->cell_w[model->cell_point[c]] : w_here;
+    PetscReal        ue[FEM_MAX_DOFS], *f = &model->cell_f[model->cell_start[c] * dim];
+    const PetscReal *at = stored ? &model->cell_dN[model->cell_at[c]] : NULL;
+    const PetscInt   n  = (model->cell_start[c + 1] - model->cell_start[c]) * dim;
 
-    if (!stored) FemCellGeometry(model, c, dN_here, w_here);
     FemCellGather(model, c, u, ue);
-    FemForce(FemShapeGet((MeshCellType)model->cell_type[c]), &model->law[model->cell_material[c]], dN, w, ue, &model->cell_f[model->cell_start[c] * dim]);
+    if (!stored) FemCellForce(model, c, ue, f);
+    else if (!FemCellEnhanced(model, c)) FemForce(FemShapeGet((MeshCellType)model->cell_type[c]), &model->law[model->cell_material[c]], at, &model->cell_w[model->cell_point[c]], ue, f);
+    else
+      for (PetscInt i = 0; i < n; i++) {
+        PetscReal sum = 0;
+
+        for (PetscInt j = 0; j < n; j++) sum += at[i * n + j] * ue[j];
+        f[i] = sum;
+      }
   }
 #pragma omp parallel for schedule(static) num_threads(threads)
   for (PetscInt i = 0; i < model->n_own; i++) {

@@ -21,20 +21,6 @@ static PetscErrorCode TagOf(FemModel model, PetscBool cell, PetscInt global, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Eqs (2.3), (2.4) */
-static FemElastic Elastic(FemKind kind, const FemMaterial *m)
-{
-  const PetscReal nu = m->poisson, mu = m->young / (2 * (1 + nu)), lambda = m->young * nu / ((1 + nu) * (1 - 2 * nu));
-  FemElastic      law = {lambda, mu, 0, 0};
-
-  if (kind == FEM_PLANE_STRAIN) law.szz = lambda;
-  if (kind == FEM_PLANE_STRESS) {
-    law.lambda = 2 * lambda * mu / (lambda + 2 * mu);
-    law.ezz    = -nu / (1 - nu);
-  }
-  return law;
-}
-
 PetscErrorCode FemSetUpMaterials(FemModel model)
 {
   PetscInt bare = -1, twice = -1, first, tag;
@@ -46,7 +32,7 @@ PetscErrorCode FemSetUpMaterials(FemModel model)
     const FemGroup *group = model->region[r].group < 0 ? NULL : &model->group[model->region[r].group];
     const PetscInt  n     = group ? group->n_cells : model->n_cells;
 
-    model->law[r] = Elastic(model->kind, &model->region[r].material);
+    model->law[r] = FemElasticOf(model->kind, &model->region[r].material);
     for (PetscInt k = 0; k < n; k++) {
       const PetscInt c = group ? group->cell[k] : k;
 
@@ -152,6 +138,67 @@ void FemCellGather(FemModel model, PetscInt cell, const PetscReal *u, PetscReal 
 
   for (PetscInt a = 0; a < n; a++)
     for (PetscInt i = 0; i < dim; i++) ue[a * dim + i] = u[model->cell_node[first + a] * dim + i];
+}
+
+PetscBool FemCellEnhanced(FemModel model, PetscInt cell)
+{
+  if (model->element != FEM_ENHANCED || !FemModesHas(FemShapeGet((MeshCellType)model->cell_type[cell]))) return PETSC_FALSE;
+  return !model->cell_weight || model->cell_weight[model->cell_gid[cell]] == 1 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Geometry of a cell, and its modes where it has them; returns those or NULL. */
+static const FemModes *CellModes(FemModel model, PetscInt cell, PetscReal *dN, PetscReal *w, FemModes *modes)
+{
+  PetscReal x[FEM_MAX_DOFS];
+
+  FemCellGeometry(model, cell, dN, w);
+  if (!FemCellEnhanced(model, cell)) return NULL;
+  FemCellGather(model, cell, model->x, x);
+  FemModesCreate(FemShapeGet((MeshCellType)model->cell_type[cell]), &model->law[model->cell_material[cell]], x, w, modes);
+  return modes;
+}
+
+void FemCellStiffness(FemModel model, PetscInt cell, PetscReal *K)
+{
+  const FemShape   *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
+  const FemElastic *law   = &model->law[model->cell_material[cell]];
+  const FemModes   *modes;
+  FemModes          room;
+  PetscReal         dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS];
+
+  modes = CellModes(model, cell, dN, w, &room);
+  if (modes) FemModesStiffness(shape, law, dN, w, modes, K);
+  else FemStiffness(shape, law, dN, w, K);
+}
+
+void FemCellForce(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal *f)
+{
+  const FemShape   *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
+  const FemElastic *law   = &model->law[model->cell_material[cell]];
+  const FemModes   *modes;
+  FemModes          room;
+  PetscReal         dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS];
+
+  modes = CellModes(model, cell, dN, w, &room);
+  if (modes) FemModesForce(shape, law, dN, w, modes, ue, f);
+  else FemForce(shape, law, dN, w, ue, f);
+}
+
+void FemCellStress(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal strain[][6], PetscReal stress[][6])
+{
+  const FemShape   *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
+  const FemElastic *law   = &model->law[model->cell_material[cell]];
+  const FemModes   *modes;
+  FemModes          room;
+  PetscReal         dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], e[FEM_MAX_POINTS][6];
+
+  modes = CellModes(model, cell, dN, w, &room);
+  FemModesStrain(shape, law, dN, w, modes, ue, e);
+  for (PetscInt q = 0; q < shape->points; q++) {
+    if (stress) FemStress(law, shape->dim, e[q], stress[q]);
+    if (shape->dim == 2) e[q][2] = FemStrainZZ(law, e[q]);
+    for (PetscInt i = 0; i < 6 && strain; i++) strain[q][i] = e[q][i];
+  }
 }
 
 /* Lumped mass (2.10), (2.31), what gravity acts on, and the energy the body would hold at unit strain, the ledger's scale. */

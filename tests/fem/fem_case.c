@@ -10,6 +10,25 @@ static PetscReal Noise(PetscInt number)
   return (PetscReal)(z >> 11) / 9007199254740992.0 * 2 - 1;
 }
 
+PetscErrorCode CaseStraighten(Mesh *mesh)
+{
+  PetscFunctionBegin;
+  for (PetscInt c = 0; c < mesh->n_cells; c++) {
+    const PetscInt *node = &mesh->node[mesh->start[c]];
+
+    for (PetscInt a = MeshCellCorners(mesh->type[c]); a < MeshCellNodes(mesh->type[c]); a++) {
+      PetscInt       corner[8];
+      const PetscInt n = MeshCellParents(mesh->type[c], a, corner);
+
+      for (PetscInt d = 0; d < 3; d++) {
+        mesh->x[3 * node[a] + d] = 0;
+        for (PetscInt k = 0; k < n; k++) mesh->x[3 * node[a] + d] += mesh->x[3 * node[corner[k]] + d] / n;
+      }
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CaseBox(MPI_Comm comm, MeshCellType type, const PetscReal length[3], const PetscInt n[3], PetscReal distort, Mesh *mesh)
 {
   const PetscReal origin[3] = {0, 0, 0};
@@ -20,9 +39,11 @@ PetscErrorCode CaseBox(MPI_Comm comm, MeshCellType type, const PetscReal length[
   for (PetscInt i = 0; i < mesh->n_nodes; i++) {
     PetscReal *x = &mesh->x[3 * i];
 
+    if (distort == 0) break;
     for (PetscInt d = 0; d < dim; d++)
       if (x[d] > 1e-9 * length[d] && x[d] < length[d] * (1 - 1e-9)) x[d] += distort * Noise(3 * i + d) * length[d] / n[d]; /* nodes of a side slide in it */
   }
+  if (distort > 0) PetscCall(CaseStraighten(mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -121,10 +142,10 @@ PetscErrorCode CaseSplitGroup(Mesh *mesh, const char *group, const char *prefix,
   PetscCall(MeshFindGroup(mesh, group, &from));
   copy = *from;
   *n   = copy.n_cells;
-  PetscCall(Extend(mesh, copy.n_cells, 4, copy.n_cells));
+  PetscCall(Extend(mesh, copy.n_cells, 9, copy.n_cells));
   for (PetscInt k = 0; k < copy.n_cells; k++) {
     char     name[64];
-    PetscInt node[4] = {0}, c = copy.cell[k];
+    PetscInt node[9] = {0}, c = copy.cell[k];
 
     for (PetscInt a = mesh->start[c]; a < mesh->start[c + 1]; a++) node[a - mesh->start[c]] = mesh->node[a];
     PetscCall(BaseFormat(name, "%s %d", prefix, (int)k));

@@ -6,8 +6,12 @@
 /* Exact displacement [m] at x. */
 typedef void (*CaseField)(const PetscReal x[3], PetscReal u[3]);
 
-/* Box of size length[] from the origin; nodes moved by up to `distort` of a cell (those of a side within it), the same on every machine. */
+/* Box of size length[] from the origin; corners moved by up to `distort` of a cell (those of a side within it), the same on every
+   machine; cells stay straight. */
 PetscErrorCode CaseBox(MPI_Comm comm, MeshCellType type, const PetscReal length[3], const PetscInt n[3], PetscReal distort, Mesh *mesh);
+
+/* Nodes between corners back to the middle of those. */
+PetscErrorCode CaseStraighten(Mesh *mesh);
 
 /* A point group "node I" for each of these nodes (rank 0). */
 PetscErrorCode CaseAddNodeGroups(Mesh *mesh, PetscInt n, const PetscInt node[]);

@@ -291,13 +291,17 @@ static PetscErrorCode DenseOmega(const Mesh *mesh, MeshCellType type, const FemM
   PetscCall(PetscCalloc4(n * n, &K, mesh->n_nodes, &mass, n, &lambda, 8 * n, &work));
   for (PetscInt c = 0; c < mesh->n_cells; c++) {
     const PetscInt *node = &mesh->node[mesh->start[c]];
-    PetscReal       xe[24], dN[192], w[8], Ke[576], me[8];
+    PetscReal       xe[FEM_MAX_DOFS], dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], Ke[FEM_MAX_DOFS * FEM_MAX_DOFS], me[FEM_MAX_NODES];
+    FemModes        modes;
 
     if (mesh->type[c] != type) continue;
     for (PetscInt a = 0; a < shape->nodes; a++)
       for (PetscInt d = 0; d < dim; d++) xe[a * dim + d] = x[3 * node[a] + d];
     (void)FemGradients(shape, xe, 1, dN, w);
-    FemStiffness(shape, &law, dN, w, Ke);
+    if (FemModesHas(shape)) {
+      FemModesCreate(shape, &law, xe, w, &modes);
+      FemModesStiffness(shape, &law, dN, w, &modes, Ke);
+    } else FemStiffness(shape, &law, dN, w, Ke);
     FemLumpedMass(shape, m->density, w, me);
     for (PetscInt a = 0; a < shape->nodes; a++) {
       mass[node[a]] += me[a];
@@ -320,13 +324,13 @@ static PetscErrorCode DenseOmega(const Mesh *mesh, MeshCellType type, const FemM
 /* Critical step within 1 % of dense eigenvalues, the bound never above it; stable just below, not just above. */
 static PetscErrorCode TestCriticalStep(void)
 {
-  const MeshCellType types[4]  = {MESH_TRI3, MESH_QUAD4, MESH_TET4, MESH_HEX8};
+  const MeshCellType types[11] = {MESH_TRI3, MESH_QUAD4, MESH_TET4, MESH_HEX8, MESH_PRISM6, MESH_TRI6, MESH_QUAD8, MESH_QUAD9, MESH_TET10, MESH_HEX20, MESH_PRISM15};
   const FemMaterial  m         = {2400, 3e9, 0.3};
   const PetscReal    length[3] = {1, 0.5, 0.5}, v0[3] = {1, 0.5, 0};
-  const PetscInt     n[3]      = {5, 3, 3};
 
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < 4; k++) {
+  for (PetscInt k = 0; k < 11; k++) {
+    const PetscInt n[3] = {k < 5 ? 5 : 2, k < 5 ? 3 : 2, k < 5 ? 3 : 1};
     PetscReal omega = 0, critical, bound, high[2] = {0, 0}, *u;
     Mesh      mesh;
     FemModel  model;
