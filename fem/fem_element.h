@@ -37,6 +37,7 @@ typedef struct {
   PetscReal szz, ezz;   /* 2D: s_zz = szz (h_xx + h_yy) [Pa], e_zz = ezz (h_xx + h_yy) */
   PetscBool general;
   PetscReal C[6][6];    /* s = C e; in a plane body e has xx, yy, xy only */
+  PetscReal S[6][6];    /* e = S s, likewise */
   PetscReal ezz_of[6];  /* plane stress: e_zz = ezz_of . e */
 } FemElastic;
 
@@ -107,6 +108,7 @@ typedef struct {
   PetscInt  n;                                      /* 4 in the plane, 12 in space */
   PetscReal strain[FEM_MODE_POINTS][FEM_MODES][6];  /* of each mode at each point */
   PetscReal factor[FEM_MODES * FEM_MODES];          /* Cholesky factor of int G' C G */
+  PetscReal inverse[3][3], det;                     /* of the Jacobian at the centre */
 } FemModes;
 
 PetscBool FemModesHas(const FemShape *shape); /* is there such a set for this shape? */
@@ -114,6 +116,9 @@ void      FemModesCreate(const FemShape *shape, const FemElastic *law, const Pet
 /* The condensed stiffness, and the force of a displacement without forming it; as FemStiffness, FemForce. */
 void FemModesStiffness(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, PetscReal *K);
 void FemModesForce(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, const PetscReal *u, PetscReal *f);
+/* How much of each mode [n] goes with the nodes' motion u; and what that adds to the strain e at xi, where the Jacobian is det. */
+void FemModesAmounts(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, const PetscReal *u, PetscReal *amount);
+void FemModesAdd(const FemShape *shape, const FemModes *modes, const PetscReal *amount, const PetscReal xi[3], PetscReal det, PetscReal e[6]);
 /* strain [points][6] of the nodes' motion and the modes that go with it; modes NULL: of the nodes' alone, any shape. Plane: e_zz = 0. */
 void FemModesStrain(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, const PetscReal *u, PetscReal strain[][6]);
 

@@ -19,16 +19,16 @@ PetscErrorCode FemEstimateError(FemModel model, PetscReal *density)
     const FemElastic  *law   = &model->law[model->cell_material[c]];
     const PetscReal    share = model->cell_weight ? model->cell_weight[model->cell_gid[c]] : 1;
     const FemPoints   *points = r->rule[type];
-    PetscReal          x[FEM_MAX_DOFS], u[FEM_MAX_DOFS], volume = 0, square = 0;
+    PetscReal          volume = 0, square = 0;
+    FemReading         reading;
     PetscInt           slot[FEM_MAX_NODES];
 
     if (!model->own[c]) continue;
-    FemCellPlaces(model, c, x);
-    FemCellGather(model, c, model->u, u);
+    FemReadCell(model, c, PETSC_TRUE, &reading);
     for (PetscInt a = 0; a < shape->nodes; a++) slot[a] = FemSlotOf(r, model->cell_node[model->cell_start[c] + a], r->law[model->cell_material[c]]);
     for (PetscInt q = 0; q < points->n; q++) {
       PetscReal       at[3], raw[6], difference[6];
-      const PetscReal dV = points->w[q] * FemRawStress(model, c, x, u, points, q, raw, at) * (dim == 2 ? model->thickness : 1);
+      const PetscReal dV = points->w[q] * FemRawStress(model, &reading, points, q, raw, at) * (dim == 2 ? model->thickness : 1);
 
       for (PetscInt i = 0; i < r->parts; i++) {
         difference[i] = -raw[i];

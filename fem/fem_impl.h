@@ -205,6 +205,7 @@ PetscErrorCode FemScatter(FemModel model, PetscSF home, PetscInt m, const PetscR
 /* fem_material.c */
 PetscErrorCode FemCheckMaterial(FemModel model, FemMaterial *material); /* and young, poisson as sizes where it is orthotropic */
 FemElastic     FemElasticOf(FemKind kind, const FemMaterial *material);
+PetscBool      FemElasticSame(const FemElastic *a, const FemElastic *b);
 /* fem_setup.c */
 PetscErrorCode FemSetUpMaterials(FemModel model);
 PetscErrorCode FemSetUpFixes(FemModel model);
@@ -245,6 +246,8 @@ void           FemCellGeometry(FemModel model, PetscInt cell, PetscReal *dN, Pet
 PetscBool      FemCellEnhanced(FemModel model, PetscInt cell); /* has it strains of its own?  Eq. (2.32) */
 void           FemCellStiffness(FemModel model, PetscInt cell, PetscReal *K); /* [n][n], as the cell is: plain or enhanced */
 void           FemCellForce(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal *f);
+/* The cell's own strains at displacement ue: its modes and how much of each [FEM_MODES]; false when it has none. */
+PetscBool      FemCellOwn(FemModel model, PetscInt cell, const PetscReal *ue, FemModes *modes, PetscReal *amount);
 /* [points][6] each, of displacement ue [nodes][dim], the cell's own strains in it; either may be NULL */
 void           FemCellStress(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal strain[][6], PetscReal stress[][6]);
 void           FemCellGather(FemModel model, PetscInt cell, const PetscReal *u, PetscReal *ue);

@@ -10,43 +10,46 @@
 /* Voigt xx yy zz xy yz zx as pairs. */
 static const PetscInt voigt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {2, 0}};
 
-/* Inverse of a symmetric 3 x 3 with positive pivots; PETSC_FALSE when one is not. */
-static PetscBool Invert3(PetscReal A[3][3])
+/* inverse [n][6] of the leading n x n of a symmetric A with positive pivots; PETSC_FALSE when one is not. */
+static PetscBool Invert(PetscInt n, PetscReal A[6][6], PetscReal inverse[6][6])
 {
-  PetscReal inverse[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, B[3][3];
+  PetscReal B[6][6];
 
-  for (PetscInt i = 0; i < 3; i++)
-    for (PetscInt j = 0; j < 3; j++) B[i][j] = A[i][j];
-  for (PetscInt k = 0; k < 3; k++) {
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt j = 0; j < n; j++) {
+      B[i][j]       = A[i][j];
+      inverse[i][j] = i == j;
+    }
+  for (PetscInt k = 0; k < n; k++) {
     const PetscReal pivot = B[k][k];
 
     if (!(pivot > 1e-12 * A[k][k])) return PETSC_FALSE;
-    for (PetscInt j = 0; j < 3; j++) {
+    for (PetscInt j = 0; j < n; j++) {
       B[k][j] /= pivot;
       inverse[k][j] /= pivot;
     }
-    for (PetscInt i = 0; i < 3; i++) {
+    for (PetscInt i = 0; i < n; i++) {
       const PetscReal factor = B[i][k];
 
-      for (PetscInt j = 0; j < 3 && i != k; j++) {
+      for (PetscInt j = 0; j < n && i != k; j++) {
         B[i][j] -= factor * B[k][j];
         inverse[i][j] -= factor * inverse[k][j];
       }
     }
   }
-  for (PetscInt i = 0; i < 3; i++)
-    for (PetscInt j = 0; j < 3; j++) A[i][j] = 0.5 * (inverse[i][j] + inverse[j][i]);
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt j = 0; j < i; j++) inverse[i][j] = inverse[j][i] = 0.5 * (inverse[i][j] + inverse[j][i]);
   return PETSC_TRUE;
 }
 
 /* C [6][6] along the axes.  Eq. (2.40) */
 static PetscBool AlongAxes(const FemMaterial *m, PetscReal C[6][6])
 {
-  PetscReal S[3][3] = {{1 / m->E[0], -m->nu[0] / m->E[0], -m->nu[1] / m->E[0]}, {-m->nu[0] / m->E[0], 1 / m->E[1], -m->nu[2] / m->E[1]}, {-m->nu[1] / m->E[0], -m->nu[2] / m->E[1], 1 / m->E[2]}};
+  PetscReal S[6][6] = {{1 / m->E[0], -m->nu[0] / m->E[0], -m->nu[1] / m->E[0]}, {-m->nu[0] / m->E[0], 1 / m->E[1], -m->nu[2] / m->E[1]}, {-m->nu[1] / m->E[0], -m->nu[2] / m->E[1], 1 / m->E[2]}};
 
-  if (!Invert3(S)) return PETSC_FALSE;
   for (PetscInt i = 0; i < 6; i++)
-    for (PetscInt j = 0; j < 6; j++) C[i][j] = i < 3 && j < 3 ? S[i][j] : 0;
+    for (PetscInt j = 0; j < 6; j++) C[i][j] = 0;
+  if (!Invert(3, S, C)) return PETSC_FALSE;
   C[3][3] = m->G[0];
   C[4][4] = m->G[2];
   C[5][5] = m->G[1];
@@ -139,6 +142,14 @@ PetscErrorCode FemCheckMaterial(FemModel model, FemMaterial *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscBool FemElasticSame(const FemElastic *a, const FemElastic *b)
+{
+  if (a->lambda != b->lambda || a->mu != b->mu || a->general != b->general) return PETSC_FALSE;
+  for (PetscInt i = 0; i < 36 && a->general; i++)
+    if (a->C[i / 6][i % 6] != b->C[i / 6][i % 6]) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
 FemElastic FemElasticOf(FemKind kind, const FemMaterial *m)
 {
   FemElastic law = {0};
@@ -170,6 +181,17 @@ FemElastic FemElasticOf(FemKind kind, const FemMaterial *m)
       for (PetscInt j = 0; j < 6; j++) law.C[i][j] -= row[i] * row[j] / czz;
     }
     for (PetscInt i = 0; i < 6; i++) law.C[i][2] = law.C[2][i] = 0;
+  }
+  if (kind == FEM_SOLID) (void)Invert(6, law.C, law.S);
+  else {
+    const PetscInt in_plane[3] = {0, 1, 3};
+    PetscReal      C[6][6], S[6][6];
+
+    for (PetscInt i = 0; i < 3; i++)
+      for (PetscInt j = 0; j < 3; j++) C[i][j] = law.C[in_plane[i]][in_plane[j]];
+    (void)Invert(3, C, S);
+    for (PetscInt i = 0; i < 3; i++)
+      for (PetscInt j = 0; j < 3; j++) law.S[in_plane[i]][in_plane[j]] = S[i][j];
   }
   return law;
 }

@@ -70,6 +70,21 @@ static void InverseOf(PetscInt dim, PetscReal J[3][3], PetscReal det, PetscReal 
     }
 }
 
+/* G [modes][6] at xi; ratio = j0/j there. */
+static void ModeStrains(const FemModes *modes, PetscInt dim, const PetscReal xi[3], PetscReal ratio, PetscReal G[FEM_MODES][6])
+{
+  PetscInt k = 0;
+
+  for (PetscInt m = 0; m < dim; m++) {
+    PetscReal g[3] = {0, 0, 0};
+
+    for (PetscInt j = 0; j < dim; j++) g[j] = ratio * xi[m] * modes->inverse[m][j];
+    for (PetscInt i = 0; i < dim; i++) Row(dim, i, g, G[k++]);
+  }
+  for (PetscInt m = 0; m < 3 && dim == 3; m++, k++)
+    for (PetscInt i = 0; i < 6; i++) G[k][i] = i < 3 ? ratio * xi[m] * xi[(m + 1) % 3] : 0;
+}
+
 PetscBool FemModesHas(const FemShape *shape)
 {
   return shape->type == MESH_QUAD4 || shape->type == MESH_HEX8 ? PETSC_TRUE : PETSC_FALSE;
@@ -78,29 +93,20 @@ PetscBool FemModesHas(const FemShape *shape)
 void FemModesCreate(const FemShape *shape, const FemElastic *law, const PetscReal *x, const PetscReal *w, FemModes *modes)
 {
   const PetscInt dim = shape->dim, n = dim == 2 ? 4 : FEM_MODES;
-  PetscReal      J0[3][3], inverse[3][3], det0, N[FEM_MODE_POINTS], dN[FEM_MODE_POINTS][3], *L = modes->factor;
+  PetscReal      J0[3][3], N[FEM_MODE_POINTS], dN[FEM_MODE_POINTS][3], *L = modes->factor;
   const PetscReal centre[3] = {0, 0, 0};
 
   modes->n = n;
   FemShapeAt(shape->type, centre, N, dN);
   JacobianAt(shape, x, dN, J0);
-  det0 = Determinant(dim, J0);
-  InverseOf(dim, J0, det0, inverse);
+  modes->det = Determinant(dim, J0);
+  InverseOf(dim, J0, modes->det, modes->inverse);
   for (PetscInt k = 0; k < n * n; k++) L[k] = 0;
   for (PetscInt q = 0; q < shape->points; q++) {
-    PetscReal (*G)[6] = modes->strain[q], J[3][3], ratio, s[6];
-    PetscInt  k       = 0;
+    PetscReal(*G)[6] = modes->strain[q], J[3][3], s[6];
 
     JacobianAt(shape, x, shape->dN[q], J);
-    ratio = det0 / Determinant(dim, J);
-    for (PetscInt m = 0; m < dim; m++) {
-      PetscReal g[3] = {0, 0, 0};
-
-      for (PetscInt j = 0; j < dim; j++) g[j] = ratio * shape->xi[q][m] * inverse[m][j];
-      for (PetscInt i = 0; i < dim; i++) Row(dim, i, g, G[k++]);
-    }
-    for (PetscInt m = 0; m < 3 && dim == 3; m++, k++)
-      for (PetscInt i = 0; i < 6; i++) G[k][i] = i < 3 ? ratio * shape->xi[q][m] * shape->xi[q][(m + 1) % 3] : 0;
+    ModeStrains(modes, dim, shape->xi[q], modes->det / Determinant(dim, J), G);
     for (PetscInt a = 0; a < n; a++) {
       FemStress(law, dim, G[a], s);
       for (PetscInt b = 0; b <= a; b++) L[a * n + b] += w[q] * Dot6(s, G[b]);
@@ -148,17 +154,16 @@ void FemModesStiffness(const FemShape *shape, const FemElastic *law, const Petsc
       for (PetscInt j = 0; j < n; j++) K[i * n + j] -= Y[k][i] * Y[k][j];
 }
 
-void FemModesStrain(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, const PetscReal *u, PetscReal strain[][6])
+void FemModesAmounts(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, const PetscReal *u, PetscReal *r)
 {
-  const PetscInt m = modes ? modes->n : 0;
-  PetscReal      r[FEM_MODES] = {0};
+  const PetscInt m = modes->n;
 
+  for (PetscInt k = 0; k < m; k++) r[k] = 0;
   for (PetscInt q = 0; q < shape->points; q++) {
-    PetscReal s[6];
+    PetscReal e[6], s[6];
 
-    NodeStrain(shape, dN, q, u, strain[q]);
-    if (!m) continue;
-    FemStress(law, shape->dim, strain[q], s);
+    NodeStrain(shape, dN, q, u, e);
+    FemStress(law, shape->dim, e, s);
     for (PetscInt k = 0; k < m; k++) r[k] -= w[q] * Dot6(s, modes->strain[q][k]);
   }
   for (PetscInt k = 0; k < m; k++) { /* K_aa a = -K_au u */
@@ -169,9 +174,27 @@ void FemModesStrain(const FemShape *shape, const FemElastic *law, const PetscRea
     for (PetscInt l = k + 1; l < m; l++) r[k] -= modes->factor[l * m + k] * r[l];
     r[k] /= modes->factor[k * m + k];
   }
-  for (PetscInt q = 0; q < shape->points && m; q++)
-    for (PetscInt k = 0; k < m; k++)
-      for (PetscInt i = 0; i < 6; i++) strain[q][i] += r[k] * modes->strain[q][k][i];
+}
+
+void FemModesAdd(const FemShape *shape, const FemModes *modes, const PetscReal *amount, const PetscReal xi[3], PetscReal det, PetscReal e[6])
+{
+  PetscReal G[FEM_MODES][6];
+
+  ModeStrains(modes, shape->dim, xi, modes->det / det, G);
+  for (PetscInt k = 0; k < modes->n; k++)
+    for (PetscInt i = 0; i < 6; i++) e[i] += amount[k] * G[k][i];
+}
+
+void FemModesStrain(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, const PetscReal *u, PetscReal strain[][6])
+{
+  PetscReal amount[FEM_MODES];
+
+  if (modes) FemModesAmounts(shape, law, dN, w, modes, u, amount);
+  for (PetscInt q = 0; q < shape->points; q++) {
+    NodeStrain(shape, dN, q, u, strain[q]);
+    for (PetscInt k = 0; modes && k < modes->n; k++)
+      for (PetscInt i = 0; i < 6; i++) strain[q][i] += amount[k] * modes->strain[q][k][i];
+  }
 }
 
 void FemModesForce(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, const PetscReal *u, PetscReal *f)

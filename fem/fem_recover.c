@@ -61,17 +61,30 @@ void FemCellPlaces(FemModel model, PetscInt cell, PetscReal *x)
     for (PetscInt d = 0; d < model->dim; d++) x[a * model->dim + d] = model->x[node[a] * model->dim + d];
 }
 
-PetscReal FemRawStress(FemModel model, PetscInt cell, const PetscReal *x, const PetscReal *u, const FemPoints *points, PetscInt q, PetscReal *s, PetscReal at[3])
+void FemReadCell(FemModel model, PetscInt cell, PetscBool own, FemReading *reading)
 {
-  const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
+  reading->cell = cell;
+  FemCellPlaces(model, cell, reading->x);
+  FemCellGather(model, cell, model->u, reading->u);
+  reading->own = own ? FemCellOwn(model, cell, reading->u, &reading->modes, reading->amount) : PETSC_FALSE;
+}
+
+PetscReal FemRawStress(FemModel model, const FemReading *reading, const FemPoints *points, PetscInt q, PetscReal *s, PetscReal at[3])
+{
+  const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[reading->cell]);
   const PetscInt  dim   = model->dim;
-  PetscReal       dN[FEM_MAX_DOFS], h[3][3] = {{0}};
-  const PetscReal det = FemPointMap(shape, x, points->N[q], points->grad[q], dN, at);
+  PetscReal       dN[FEM_MAX_DOFS], h[3][3] = {{0}}, e[6];
+  const PetscReal det = FemPointMap(shape, reading->x, points->N[q], points->grad[q], dN, at);
 
   for (PetscInt a = 0; a < shape->nodes; a++)
     for (PetscInt i = 0; i < dim; i++)
-      for (PetscInt j = 0; j < dim; j++) h[i][j] += u[a * dim + i] * dN[a * dim + j];
-  FemStressOf(dim, &model->law[model->cell_material[cell]], h, s);
+      for (PetscInt j = 0; j < dim; j++) h[i][j] += reading->u[a * dim + i] * dN[a * dim + j];
+  for (PetscInt i = 0; i < 3; i++) {
+    e[i]     = h[i][i];
+    e[3 + i] = h[i][(i + 1) % 3] + h[(i + 1) % 3][i];
+  }
+  if (reading->own) FemModesAdd(shape, &reading->modes, reading->amount, points->xi[q], det, e);
+  FemStressOf(dim, &model->law[model->cell_material[reading->cell]], e, s);
   return det;
 }
 
@@ -275,7 +288,8 @@ static PetscInt PatchPoints(FemModel model, PetscInt slot, PetscInt kind, const 
   for (PetscInt k = r->start[node]; k < r->start[node + 1]; k++) {
     const PetscInt   c      = r->around[k];
     const FemPoints *points = kind == FIT_RULE ? r->rule[model->cell_type[c]] : r->best[model->cell_type[c]];
-    PetscReal        x[FEM_MAX_DOFS], u[FEM_MAX_DOFS], here[3], stress[6];
+    PetscReal        here[3], stress[6];
+    FemReading       reading;
 
     if (LawOf(model, c) != r->side[slot]) continue;
     if (kind == FIT_SAMPLES && sample) {
@@ -287,10 +301,9 @@ static PetscInt PatchPoints(FemModel model, PetscInt slot, PetscInt kind, const 
       }
       continue;
     }
-    FemCellPlaces(model, c, x);
-    FemCellGather(model, c, model->u, u);
+    FemReadCell(model, c, s && points->n > 1 ? PETSC_TRUE : PETSC_FALSE, &reading);
     for (PetscInt q = 0; q < points->n && n < room; q++, n++) {
-      (void)FemRawStress(model, c, x, u, points, q, stress, here);
+      (void)FemRawStress(model, &reading, points, q, stress, here);
       for (PetscInt d = 0; d < dim; d++) at[3 * n + d] = here[d] - centre[d];
       for (PetscInt i = 0; i < r->parts && s; i++) s[n * r->parts + i] = stress[i];
     }
@@ -568,7 +581,7 @@ PetscErrorCode FemRecoveryCreate(FemModel model)
   r = model->recovery;
   PetscCall(PetscMalloc1(model->n_regions, &r->law));
   for (PetscInt k = 0; k < model->n_regions; k++)
-    for (r->law[k] = 0; r->law[k] < k && (model->law[r->law[k]].lambda != model->law[k].lambda || model->law[r->law[k]].mu != model->law[k].mu);) r->law[k]++;
+    for (r->law[k] = 0; r->law[k] < k && !FemElasticSame(&model->law[r->law[k]], &model->law[k]);) r->law[k]++;
   PetscCall(FindOrder(model));
   PetscCall(FindAround(model));
   PetscCall(FindSides(model));
@@ -684,15 +697,15 @@ PetscErrorCode FemRecover(FemModel model, const FemRequest *q)
   for (PetscInt k = 0; k < q->n_cells; k++) {
     const PetscInt   c      = q->cell[k];
     const FemPoints *points = r->best[model->cell_type[c]];
-    PetscReal        x[FEM_MAX_DOFS], u[FEM_MAX_DOFS], at[3];
+    PetscReal        at[3];
+    FemReading       reading;
 
     r->sample_at[c] = k * r->samples;
-    FemCellPlaces(model, c, x);
-    FemCellGather(model, c, model->u, u);
+    FemReadCell(model, c, points->n > 1 ? PETSC_TRUE : PETSC_FALSE, &reading);
     for (PetscInt p = 0; p < points->n; p++) {
       PetscReal *to = &sample[(k * r->samples + p) * stride];
 
-      (void)FemRawStress(model, c, x, u, points, p, &to[dim], at);
+      (void)FemRawStress(model, &reading, points, p, &to[dim], at);
       for (PetscInt d = 0; d < dim; d++) to[d] = at[d];
     }
   }

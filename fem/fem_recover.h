@@ -48,6 +48,15 @@ PetscErrorCode FemRequestCreate(FemModel model, PetscInt *wanted, FemRequest *re
 PetscErrorCode FemRequestDestroy(FemRequest *request);
 PetscErrorCode FemRecoveryMapPoints(FemModel model);
 PetscInt       FemSlotOf(const struct _FemRecovery *r, PetscInt node, PetscInt law);
+/* An element while it is read: its nodes' places and displacements, and its own strains where it has some. */
+typedef struct {
+  PetscInt  cell;
+  PetscReal x[FEM_MAX_DOFS], u[FEM_MAX_DOFS];
+  PetscBool own;
+  FemModes  modes;
+  PetscReal amount[FEM_MODES];
+} FemReading;
+void FemReadCell(FemModel model, PetscInt cell, PetscBool own, FemReading *reading); /* own false: leave the own strains out, zero at the centre */
 /* Stress [parts] of the element's own displacement at point q, and the place; returns det J. */
-PetscReal FemRawStress(FemModel model, PetscInt cell, const PetscReal *x, const PetscReal *u, const FemPoints *points, PetscInt q, PetscReal *s, PetscReal at[3]);
+PetscReal FemRawStress(FemModel model, const FemReading *reading, const FemPoints *points, PetscInt q, PetscReal *s, PetscReal at[3]);
 void FemCellPlaces(FemModel model, PetscInt cell, PetscReal *x); /* [nodes][dim] [m] */

@@ -184,6 +184,16 @@ void FemCellForce(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal 
   else FemForce(shape, law, dN, w, ue, f);
 }
 
+PetscBool FemCellOwn(FemModel model, PetscInt cell, const PetscReal *ue, FemModes *modes, PetscReal *amount)
+{
+  PetscReal dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS];
+
+  if (!FemCellEnhanced(model, cell)) return PETSC_FALSE;
+  (void)CellModes(model, cell, dN, w, modes);
+  FemModesAmounts(FemShapeGet((MeshCellType)model->cell_type[cell]), &model->law[model->cell_material[cell]], dN, w, modes, ue, amount);
+  return PETSC_TRUE;
+}
+
 void FemCellStress(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal strain[][6], PetscReal stress[][6])
 {
   const FemShape   *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);

@@ -1,33 +1,36 @@
 /* fem_stress.c - stress and strain at a point, and what engineers read off them.  Docs: theory 2.9 */
 #include "fem_stress.h"
 
-void FemStressOf(PetscInt dim, const FemElastic *law, PetscReal h[3][3], PetscReal *s)
+void FemStressOf(PetscInt dim, const FemElastic *law, const PetscReal e[6], PetscReal *s)
 {
-  PetscReal trace = 0;
+  PetscReal six[6];
 
-  for (PetscInt i = 0; i < dim; i++) trace += h[i][i];
-  for (PetscInt i = 0; i < dim; i++) s[i] = 2 * law->mu * h[i][i] + law->lambda * trace;
-  if (dim == 2) s[2] = law->mu * (h[0][1] + h[1][0]);
-  else
-    for (PetscInt i = 0; i < 3; i++) s[3 + i] = law->mu * (h[i][(i + 1) % 3] + h[(i + 1) % 3][i]);
+  FemStress(law, dim, e, six);
+  for (PetscInt i = 0; i < FEM_PARTS(dim); i++) s[i] = six[dim == 2 && i == 2 ? 3 : i];
 }
 
 void FemStressExpand(PetscInt dim, const FemElastic *law, const PetscReal *s, PetscReal *stress, PetscReal *strain)
 {
-  const PetscReal sum = dim == 2 ? s[0] + s[1] : s[0] + s[1] + s[2], trace = sum / (dim * law->lambda + 2 * law->mu); /* of the strain in the dim directions */
+  const PetscReal sum = dim == 2 ? s[0] + s[1] : s[0] + s[1] + s[2], trace = law->general ? 0 : sum / (dim * law->lambda + 2 * law->mu); /* of the strain in the dim directions */
+  PetscReal       six[6], e[6];
 
-  if (stress) {
-    for (PetscInt i = 0; i < 3; i++) {
-      stress[i]     = i < dim ? s[i] : law->szz * trace;
-      stress[3 + i] = dim == 3 ? s[3 + i] : i == 0 ? s[2] : 0;
-    }
+  for (PetscInt i = 0; i < 3; i++) {
+    six[i]     = i < dim ? s[i] : 0;
+    six[3 + i] = dim == 3 ? s[3 + i] : i == 0 ? s[2] : 0;
   }
-  if (strain) {
-    for (PetscInt i = 0; i < 3; i++) {
-      strain[i]     = i < dim ? (s[i] - law->lambda * trace) / (2 * law->mu) : law->ezz * trace;
-      strain[3 + i] = (dim == 3 ? s[3 + i] : i == 0 ? s[2] : 0) / law->mu;
-    }
+  for (PetscInt i = 0; i < 6; i++) {
+    e[i] = law->general ? 0 : i >= 3 ? six[i] / law->mu : i < dim ? (six[i] - law->lambda * trace) / (2 * law->mu) : 0;
+    for (PetscInt j = 0; j < 6 && law->general; j++) e[i] += law->S[i][j] * six[j];
   }
+  if (dim == 2) {
+    PetscReal full[6];
+
+    FemStress(law, dim, e, full);
+    six[2] = full[2];
+    e[2]   = FemStrainZZ(law, e);
+  }
+  for (PetscInt i = 0; i < 6 && stress; i++) stress[i] = six[i];
+  for (PetscInt i = 0; i < 6 && strain; i++) strain[i] = e[i];
 }
 
 PetscReal FemStressNorm(PetscInt dim, const FemElastic *law, const PetscReal *s)

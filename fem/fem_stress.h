@@ -5,8 +5,8 @@
 /* Components that are independent: xx yy xy in the plane, all six in space. */
 #define FEM_PARTS(dim) ((dim) == 2 ? 3 : 6)
 
-/* s [parts] [Pa] of displacement gradient h[i][j] = du_i/dx_j.  Eq. (2.3), (2.4) */
-void FemStressOf(PetscInt dim, const FemElastic *law, PetscReal h[3][3], PetscReal *s);
+/* s [parts] [Pa] of strain e [6]; in a plane body e_zz = 0 here.  Eqs (2.3), (2.4), (2.41) */
+void FemStressOf(PetscInt dim, const FemElastic *law, const PetscReal e[6], PetscReal *s);
 /* Voigt stress [6] [Pa], and the strain [6] that belongs to it, of s [parts]; either may be NULL. */
 void FemStressExpand(PetscInt dim, const FemElastic *law, const PetscReal *s, PetscReal *stress, PetscReal *strain);
 /* s : C^-1 : s [J/m3], twice the energy density.  Eq. (2.96) */
