@@ -41,6 +41,7 @@ typedef struct {
   PetscReal size;      /* target element size [m]; 0 = what the .geo says */
   PetscInt  order;     /* 1 or 2 */
   PetscReal scale;     /* metres per length unit of the file; 1 = file in metres */
+  PetscBool facets;    /* `dimension` is that of a surface or curve to touch (2 or 1): what the file has above it is left out */
   PetscBool quads;     /* recombine triangles to quadrilaterals, subdivide to hexahedra when transfinite */
 } MeshOptions;
 

@@ -121,7 +121,7 @@ static PetscBool Holds(const Physical *p, int dim, int entity)
 }
 
 /* Physical groups by name; the words say why when they will not do. */
-static PetscErrorCode ReadGroups(Reading *r, const char *file, PetscInt dim, char words[BASE_LINE])
+static PetscErrorCode ReadGroups(Reading *r, const char *file, PetscInt dim, PetscBool facets, char words[BASE_LINE])
 {
   int     *pair = NULL, ierr = 0;
   size_t   n    = 0;
@@ -148,10 +148,10 @@ static PetscErrorCode ReadGroups(Reading *r, const char *file, PetscInt dim, cha
     GmshWords(words, "list the physical groups of", file);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (top != dim) {
+  if (top < dim || (top > dim && !facets)) {
     static const char *const thing[] = {"point", "curve", "surface", "volume"};
 
-    if (top < dim) PetscCall(PetscSNPrintf(words, BASE_LINE, "%s: no physical group of dimension %d; name the body in the .geo: Physical %s(\"body\") = {...};", file, (int)dim, dim == 3 ? "Volume" : "Surface"));
+    if (top < dim) PetscCall(PetscSNPrintf(words, BASE_LINE, "%s: no physical group of dimension %d; name the body in the .geo: Physical %s(\"body\") = {...};", file, (int)dim, dim == 3 ? "Volume" : dim == 2 ? "Surface" : "Curve"));
     else PetscCall(PetscSNPrintf(words, BASE_LINE, "%s: it has a physical %s, but the mesh was asked for in %d dimensions", file, thing[PetscMin(top, 3)], (int)dim));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -179,7 +179,7 @@ static PetscErrorCode Grow(size_t size, PetscInt n, PetscInt m, void *array)
 }
 
 /* Cells of the entities that belong to a physical group. */
-static PetscErrorCode ReadCells(Reading *r, const char *file, char words[BASE_LINE])
+static PetscErrorCode ReadCells(Reading *r, const char *file, int most, char words[BASE_LINE])
 {
   int   *pair = NULL, ierr = 0;
   size_t n    = 0;
@@ -193,7 +193,7 @@ static PetscErrorCode ReadCells(Reading *r, const char *file, char words[BASE_LI
     size_t    n_type = 0, **tag = NULL, *n_tag = NULL, nn_tag = 0, **node = NULL, *n_node = NULL, nn_node = 0;
 
     for (PetscInt p = 0; p < r->n_physical; p++) wanted = wanted || Holds(&r->physical[p], dim, entity) ? PETSC_TRUE : PETSC_FALSE;
-    if (!wanted) continue;
+    if (!wanted || dim > most) continue;
     gmshModelMeshGetElements(&type, &n_type, &tag, &n_tag, &nn_tag, &node, &n_node, &nn_node, dim, entity, &ierr);
     for (size_t t = 0; t < n_type && !ierr; t++) {
       if (MeshCellDim((MeshCellType)type[t]) != dim) {
@@ -307,7 +307,7 @@ static PetscErrorCode ReadOpened(const char *file, const MeshOptions *options, M
   SetOption("Mesh.RandomSeed", 1);
   gmshOpen(file, &ierr);
   if (ierr) GmshWords(words, "read", file);
-  if (!words[0]) PetscCall(ReadGroups(&r, file, options->dimension, words));
+  if (!words[0]) PetscCall(ReadGroups(&r, file, options->dimension, options->facets, words));
   if (!words[0] && !msh) {
     /* after the file, which may set options of its own */
     if (options->size > 0) {
@@ -319,10 +319,11 @@ static PetscErrorCode ReadOpened(const char *file, const MeshOptions *options, M
     gmshModelMeshGenerate(options->dimension, &ierr);
     if (ierr) GmshWords(words, "mesh", file);
   }
-  if (!words[0]) PetscCall(ReadCells(&r, file, words));
+  if (!words[0]) PetscCall(ReadCells(&r, file, options->facets ? (int)options->dimension : 3, words));
   if (!words[0]) PetscCall(FillMesh(&r, file, options->scale, mesh, words));
   if (!words[0] && mesh->dim != options->dimension)
-    PetscCall(PetscSNPrintf(words, BASE_LINE, "%s: no cell of dimension %d; a body needs a physical %s that is meshed", file, (int)options->dimension, options->dimension == 3 ? "volume" : "surface"));
+    PetscCall(PetscSNPrintf(words, BASE_LINE, "%s: no cell of dimension %d; %s needs a physical %s that is meshed", file, (int)options->dimension, options->facets ? "a tool" : "a body",
+                          options->dimension == 3 ? "volume" : options->dimension == 2 ? "surface" : "curve"));
   for (PetscInt p = 0; p < r.n_physical; p++) gmshFree(r.physical[p].entity);
   PetscCall(PetscFree(r.physical));
   PetscCall(PetscFree(r.cell));
@@ -362,7 +363,7 @@ PetscErrorCode MeshRead(MPI_Comm comm, const char *file, const MeshOptions *opti
   PetscMPIInt rank;
 
   PetscFunctionBegin;
-  BaseCheckInput(options->dimension == 2 || options->dimension == 3, comm, "A mesh has dimension 2 or 3, not %" PetscInt_FMT, options->dimension);
+  BaseCheckInput(options->dimension == 2 || options->dimension == 3 || (options->facets && options->dimension == 1), comm, "A mesh has dimension 2 or 3, not %" PetscInt_FMT, options->dimension);
   BaseCheckInput(options->order == 1 || options->order == 2, comm, "Elements have order 1 or 2, not %" PetscInt_FMT, options->order);
   BaseCheckInput(options->size >= 0 && !PetscIsInfOrNanReal(options->size), comm, "An element size of %g m must be positive, or 0 to leave it to the .geo", (double)options->size);
   BaseCheckInput(options->scale > 0 && !PetscIsInfOrNanReal(options->scale), comm, "A length unit of %g m must be positive", (double)options->scale);

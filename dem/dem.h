@@ -3,6 +3,7 @@
 #include "dem_cells.h"
 #include "dem_contact.h"
 #include "dem_failure.h"
+#include "dem_tool.h"
 #include "run.h"
 #include "table.h"
 
@@ -84,10 +85,13 @@ PetscErrorCode DemModelAddPressure(DemModel model, const char *face, const Table
 PetscErrorCode DemModelSetGravity(DemModel model, const PetscReal gravity[3]);
 PetscErrorCode DemModelSetInitialVelocity(DemModel model, const PetscReal velocity[3]);
 PetscErrorCode DemModelSetLocalDamping(DemModel model, PetscReal alpha); /* non-viscous, in [0, 1) */
-/* velocity: three tables [m/s] */
+/* Before set-up. The options' surface becomes the model's (the caller's is emptied), tables are copied. */
+PetscErrorCode DemModelAddTool(DemModel model, const char *name, DemToolOptions *options);
+PetscErrorCode DemModelGetTool(DemModel model, const char *name, DemToolState *state);
+/* The same for a plane; velocity: three tables [m/s] */
 PetscErrorCode DemModelAddPlane(DemModel model, const char *name, const DemPlane *plane, const Table velocity[3]);
 
-/* "reaction" of a face or plane, "displacement" (mean of a face), "velocity". One column per component. */
+/* "reaction" of a face, "displacement" (mean of a face), "velocity"; of a tool also "force", "torque", "work". One column per component. */
 PetscErrorCode DemModelAddHistory(DemModel model, const char *quantity, const char *group);
 
 PetscErrorCode DemModelSetUp(DemModel model);

@@ -30,14 +30,7 @@ typedef struct {
   PetscReal  shift_old[3], reaction_old[3]; /* a step before */
 } DemFace;
 
-typedef struct {
-  char      name[128];
-  DemPlane  plane;
-  PetscReal at[3];       /* displacement now [m] */
-  Table     velocity[3]; /* [m/s] */
-  PetscReal force[3];    /* of particles on the plane [N] */
-  PetscReal *slip;       /* [n_surface][3] elastic slip of each surface particle's contact [m] */
-} DemTool;
+typedef struct DemTool DemTool; /* dem_tool_impl.h */
 
 typedef struct {
   char      quantity[32];
@@ -174,8 +167,9 @@ struct _p_DemModel {
 
   PetscInt n_faces;
   DemFace *face;
-  PetscInt n_tools;
-  DemTool *tool;
+  PetscInt  n_tools;
+  DemTool **tool;
+  void    **tool_scratch, *tool_total; /* [threads] contacts of a block, [blocks] its sums; made when first needed */
 
   PetscInt    n_history;
   DemHistory *history;
@@ -240,9 +234,22 @@ void      DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *cop
 PetscBool DemCrackClosed_Internal(DemModel model, PetscInt e); /* the broken part of bond e is pressed shut */
 PetscReal DemCracksEnergy_Internal(DemModel model, PetscInt block, PetscReal *copy); /* of closed, broken parts */
 
-/* dem_tool.c: contact of surface particles with the tools, added to f and torque */
+/* dem_tool.c: contact of surface particles with the tools, added to f and torque. dt = 0: of the state at the start */
+PetscErrorCode DemToolsSetUp_Internal(DemModel model);
+PetscErrorCode DemToolsDestroy_Internal(DemModel model);
+PetscInt       DemToolFind_Internal(DemModel model, const char *name); /* -1 when absent */
 PetscErrorCode DemToolsForce_Internal(DemModel model, PetscReal dt);
 PetscReal      DemToolsEnergy_Internal(DemModel model);
+PetscReal      DemToolsRate_Internal(DemModel model, PetscReal *drag); /* bound of K/m [1/s2]; adds that of C/m [1/s] to *drag.  Eq. (5.57) */
+/* dem_tool_motion.c: kick (kick: dt, or half of it at first) and drift to t + dt; adds to *kinetic and *gravity */
+PetscErrorCode DemToolsAdvance_Internal(DemModel model, PetscReal t, PetscReal kick, PetscReal dt);
+void           DemToolsKinetic_Internal(DemModel model, PetscReal *kinetic, PetscReal *gravity);
+/* dem_tool_io.c */
+PetscInt       DemToolQuantity_Internal(PetscInt dim, const char *quantity, PetscInt *first, const char **unit); /* components; 0: not known */
+PetscReal      DemToolHistory_Internal(DemModel model, PetscInt tool, const char *quantity, PetscInt c);
+PetscErrorCode DemToolsWrite_Internal(DemModel model, Output output);
+PetscErrorCode DemToolsSave_Internal(DemModel model, Checkpoint checkpoint);
+PetscErrorCode DemToolsLoad_Internal(DemModel model, Checkpoint checkpoint);
 
 /* dem_contacts.c: search; dem_contacts_force.c: forces, added to f and torque; dt [s] since the last evaluation */
 PetscErrorCode DemSetUpContacts_Internal(DemModel model);

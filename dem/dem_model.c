@@ -257,63 +257,48 @@ PetscErrorCode DemModelSetLocalDamping(DemModel model, PetscReal alpha)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode DemModelAddPlane(DemModel model, const char *name, const DemPlane *plane, const Table velocity[3])
-{
-  DemTool  *grown, *tool;
-  PetscReal length = 0;
-
-  PetscFunctionBegin;
-  for (PetscInt d = 0; d < 3; d++) length += PetscSqr(plane->normal[d]);
-  length = PetscSqrtReal(length);
-  BaseCheckInput(length > 0, model->comm, "Tool '%s': the normal of a plane cannot be zero", name);
-  BaseCheckInput(plane->friction >= 0, model->comm, "Tool '%s': friction %.6g cannot be negative", name, (double)plane->friction);
-  PetscCall(PetscCalloc1(model->n_tools + 1, &grown));
-  PetscCall(PetscArraycpy(grown, model->tool, model->n_tools));
-  PetscCall(PetscFree(model->tool));
-  model->tool = grown;
-  tool        = &model->tool[model->n_tools++];
-  PetscCall(PetscStrncpy(tool->name, name, sizeof(tool->name)));
-  tool->plane = *plane;
-  for (PetscInt d = 0; d < 3; d++) {
-    tool->plane.normal[d] /= length;
-    PetscCall(TableCopy(&velocity[d], &tool->velocity[d]));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode DemModelAddHistory(DemModel model, const char *quantity, const char *group)
 {
   static const char *const known[] = {"reaction", "displacement", "velocity"};
   static const char *const units[] = {"N", "m", "m/s"};
-  PetscInt                 face = -1, tool = -1, which = -1;
+  PetscInt                 face = -1, tool = -1, components = 0, first = 0;
+  const char              *unit = NULL;
   DemHistory              *grown;
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < 3; k++)
-    if (!strcmp(quantity, known[k])) which = k;
-  BaseCheckInput(which >= 0, model->comm, "History quantity '%s' is not known for particles; known: reaction, displacement, velocity", quantity);
   PetscCall(DemBodyFindFace(&model->body, group, &face));
-  for (PetscInt k = 0; k < model->n_tools; k++)
-    if (!strcmp(group, model->tool[k].name)) tool = k;
+  if (face < 0) tool = DemToolFind_Internal(model, group);
+  if (tool >= 0) {
+    components = DemToolQuantity_Internal(model->dim, quantity, &first, &unit);
+    BaseCheckInput(components, model->comm, "History quantity '%s' is not known for tools; known: force (or reaction), torque, work, displacement, velocity", quantity);
+  } else {
+    for (PetscInt k = 0; k < 3; k++)
+      if (!strcmp(quantity, known[k])) {
+        unit       = units[k];
+        components = model->dim;
+      }
+    BaseCheckInput(components, model->comm, "History quantity '%s' is not known for particles; known: reaction, displacement, velocity", quantity);
+  }
   if (face < 0 && tool < 0) {
     DemFace *f;
 
     PetscCall(FindFace(model, group, &f)); /* fails, and names the nearest */
   }
-  PetscCall(PetscMalloc1(model->n_history + model->dim, &grown));
+  PetscCall(PetscMalloc1(model->n_history + components, &grown));
   PetscCall(PetscArraycpy(grown, model->history, model->n_history));
   PetscCall(PetscFree(model->history));
   model->history = grown;
-  for (PetscInt c = 0; c < model->dim; c++) {
+  for (PetscInt c = first; c < first + components; c++) {
     DemHistory *h = &model->history[model->n_history++];
     char        name[300];
 
     PetscCall(PetscStrncpy(h->quantity, quantity, sizeof(h->quantity)));
     h->face      = face;
-    h->tool      = face < 0 ? tool : -1;
+    h->tool      = tool;
     h->component = c;
-    h->unit      = units[which];
-    PetscCall(BaseFormat(name, "%s(%s).%c", quantity, group, (char)('x' + c)));
+    h->unit      = unit;
+    if (tool >= 0 && components == 1 && first == 0) PetscCall(BaseFormat(name, "%s(%s)", quantity, group));
+    else PetscCall(BaseFormat(name, "%s(%s).%c", quantity, group, (char)('x' + c)));
     PetscCall(PetscStrallocpy(name, &h->name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -335,7 +320,7 @@ PetscErrorCode DemModelSetUp(DemModel model)
   PetscCall(DemSetUpBonds_Internal(model));
   PetscCall(DemSetUpWalls_Internal(model));
   if (model->cohesive && model->bonds.n) PetscCall(DemSetUpCracks_Internal(model));
-  for (PetscInt k = 0; k < model->n_tools; k++) PetscCall(PetscCalloc1(3 * model->n_surface, &model->tool[k].slip));
+  if (model->n_tools) PetscCall(DemToolsSetUp_Internal(model));
   model->ready = PETSC_TRUE;
   DemFacesSetTime_Internal(model, 0);
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
@@ -343,6 +328,7 @@ PetscErrorCode DemModelSetUp(DemModel model)
     PetscCall(DemSetUpContacts_Internal(model));
     PetscCall(DemContactsForce_Internal(model, 0));
   }
+  PetscCall(DemToolsForce_Internal(model, 0)); /* those that press from the start */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -396,11 +382,11 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
     PetscCall(TableDestroy(&model->face[k].pressure));
   }
   PetscCall(PetscFree(model->face));
-  for (PetscInt k = 0; k < model->n_tools; k++) {
-    for (PetscInt d = 0; d < 3; d++) PetscCall(TableDestroy(&model->tool[k].velocity[d]));
-    PetscCall(PetscFree(model->tool[k].slip));
-  }
-  PetscCall(PetscFree(model->tool));
+  PetscCall(DemToolsDestroy_Internal(model));
+  if (model->tool_scratch)
+    for (PetscInt t = 0; t < model->threads; t++) PetscCall(PetscFree(model->tool_scratch[t]));
+  PetscCall(PetscFree(model->tool_scratch));
+  PetscCall(PetscFree(model->tool_total));
   for (PetscInt k = 0; k < model->n_history; k++) PetscCall(PetscFree(model->history[k].name));
   PetscCall(PetscFree(model->history));
   PetscCall(PetscFree2(model->history_name, model->history_unit));

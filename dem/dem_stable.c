@@ -89,12 +89,7 @@ PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt)
   if (!model->bonds.n && !model->walls.n) { /* loose particles: only contacts count */
     PetscReal drag = 0, rate = model->contacts.on ? DemContactsRate_Internal(model, &drag) : 0;
 
-    for (PetscInt k = 0; k < model->n_tools; k++)
-      for (PetscInt p = 0; p < n; p++) {
-        const PetscReal modulus = model->tool[k].plane.stiffness > 0 ? model->tool[k].plane.stiffness : model->material.young;
-
-        rate = PetscMax(rate, modulus * model->r[p] * 3.5 / model->mass[p]);
-      }
+    rate += DemToolsRate_Internal(model, &drag);
     *dt = model->stable = rate > 0 ? DemDampedStep_Internal(rate * (1 + model->alpha), drag) : PETSC_MAX_REAL;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -141,6 +136,7 @@ PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt)
     PetscReal drag = 0;
 
     if (model->contacts.on) largest = PetscMax(largest, DemContactsRate_Internal(model, &drag)); /* a contact takes the place of a lost bond */
+    largest += DemToolsRate_Internal(model, &drag);
     *dt = model->stable = DemDampedStep_Internal(largest * (1 + model->alpha), drag); /* drag against a slowing motion adds alpha F */
   }
 

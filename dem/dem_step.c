@@ -99,6 +99,7 @@ PetscErrorCode DemModelAdvance(DemModel model, PetscReal t, PetscReal dt)
     model->block_sum[b] = lost;
   }
   for (PetscInt b = 0; b < blocks->n_blocks; b++) model->damped += model->block_sum[b];
+  if (model->n_tools) PetscCall(DemToolsAdvance_Internal(model, t, kick, dt));
   model->started = PETSC_TRUE;
   model->dt_last = dt;
   model->time    = t + dt;

@@ -24,6 +24,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
       DemTurn(model->dim, n, p, model->rot, c, turn);
       for (PetscInt d = 0; d < model->dim; d++) gravity += model->mass[p] * model->gravity[d] * (model->u[d * n + p] + turn[d]);
     }
+  if (model->n_tools) DemToolsKinetic_Internal(model, &kinetic, &gravity);
   ledger->energy[LEDGER_KINETIC]  = kinetic;
   ledger->energy[LEDGER_STRAIN]   = strain;
   ledger->energy[LEDGER_DAMPING]  = model->damped + due;
@@ -48,11 +49,8 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
   const PetscInt    n = model->n, c = h->component;
 
   PetscFunctionBegin;
-  if (h->tool >= 0) {
-    const DemTool *tool = &model->tool[h->tool];
-
-    *value = h->quantity[0] == 'r' ? tool->force[c] : h->quantity[0] == 'd' ? tool->at[c] : TableValue(&tool->velocity[c], model->time);
-  } else if (h->quantity[0] == 'r') {
+  if (h->tool >= 0) *value = DemToolHistory_Internal(model, h->tool, h->quantity, c);
+  else if (h->quantity[0] == 'r') {
     DemFacesReactions_Internal(model);
     *value = model->face[h->face].reaction[c];
   } else if (model->face[h->face].fixed[c]) { /* a platen moves as prescribed, whatever its particles do behind it */
@@ -184,6 +182,7 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
   }
   block.n_arrays = m;
   PetscCall(OutputFrameBlock(output, &block));
+  if (model->n_tools) PetscCall(DemToolsWrite_Internal(model, output));
   if (OutputWants(output, "damage") && model->crack.damage) PetscCall(DemWriteCracks_Internal(model, output));
   for (PetscInt k = 0; k < 6; k++) PetscCall(PetscFree(data[k]));
   PetscCall(PetscFree4(start, node, type, radius));
@@ -287,12 +286,7 @@ static PetscErrorCode StepperSave(void *ctx, Checkpoint c)
     PetscCall(CheckpointWriteReal(c, name, 3, model->face[k].reaction));
   }
   if (model->walls.n) PetscCall(CheckpointWriteReal(c, "dem/traction", 7 * model->walls.n, model->traction_new));
-  for (PetscInt k = 0; k < model->n_tools; k++) {
-    PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_slip", k));
-    PetscCall(CheckpointWriteReal(c, name, 3 * model->n_surface, model->tool[k].slip));
-    PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_force", k));
-    PetscCall(CheckpointWriteReal(c, name, 3, model->tool[k].force));
-  }
+  PetscCall(DemToolsSave_Internal(model, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -337,12 +331,7 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint c)
     PetscCall(CheckpointReadReal(c, name, 3, model->face[k].reaction));
   }
   if (model->walls.n) PetscCall(CheckpointReadReal(c, "dem/traction", 7 * model->walls.n, model->traction_new));
-  for (PetscInt k = 0; k < model->n_tools; k++) {
-    PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_slip", k));
-    PetscCall(CheckpointReadReal(c, name, 3 * model->n_surface, model->tool[k].slip));
-    PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_force", k));
-    PetscCall(CheckpointReadReal(c, name, 3, model->tool[k].force));
-  }
+  PetscCall(DemToolsLoad_Internal(model, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

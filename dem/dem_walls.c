@@ -17,8 +17,6 @@ void DemFacesSetTime_Internal(DemModel model, PetscReal t)
     }
     face->push = face->pressed ? TableValue(&face->pressure, t) : 0;
   }
-  for (PetscInt k = 0; k < model->n_tools; k++)
-    for (PetscInt d = 0; d < model->dim; d++) model->tool[k].at[d] = TableIntegral(&model->tool[k].velocity[d], t);
 }
 
 /* What one facet feels now: its arm turned with the particle, and the gap (held) or traction (loaded). */
