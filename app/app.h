@@ -121,6 +121,7 @@ PetscErrorCode AppCaseDestroy(AppCase *c);
 PetscErrorCode AppGeometryRead(AppCase *c);   /* parts, mesh or body, groups */
 PetscErrorCode AppConditionsRead(AppCase *c); /* loads and history quantities, checked against the groups */
 PetscErrorCode AppConditionsApply(AppCase *c);
+PetscErrorCode AppPrestressApply(AppCase *c, const AppPart *part); /* initial stress, expansion and temperature of a part of finite elements */
 
 /* Threads to use: those asked for, else the cores this process may use, shared among the ranks of the machine. */
 PetscErrorCode AppThreads(MPI_Comm comm, PetscInt asked, PetscInt *threads);

@@ -62,6 +62,7 @@ static PetscErrorCode BuildFem(AppCase *c, PetscInt threads)
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.material", part->name));
     AppCallAt(c->scene, path, FemModelAddMaterial(c->fem, part->group, &material));
   }
+  for (PetscInt p = 0; p < c->n_parts; p++) PetscCall(AppPrestressApply(c, &c->part[p]));
   PetscCall(InitialVelocity(c, velocity, path));
   AppCallAt(c->scene, path, FemModelSetInitialVelocity(c->fem, velocity));
   PetscCall(FemModelSetDamping(c->fem, c->part[0].mass_damping));
@@ -149,6 +150,22 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode RefusePrestress(AppCase *c)
+{
+  static const char *const key[] = {"initial_stress", "temperature"};
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < 2; k++) {
+    char      path[256];
+    PetscBool has;
+
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.%s", c->part[0].name, key[k]));
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (has) PetscCall(SceneFail(c->scene, path, "%s in a coupled body is not covered yet, see docs/not-yet.md", key[k]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Both sides of one body and their overlap. */
 static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
 {
@@ -162,6 +179,7 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
   char              path[256];
 
   PetscFunctionBegin;
+  PetscCall(RefusePrestress(c));
   PetscCall(MeshDestroy(&c->mesh));
   PetscCall(AppCasePack(c));
   PetscCall(AppClockBegin(&c->clock, "cells"));

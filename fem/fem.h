@@ -50,6 +50,11 @@ PetscErrorCode FemModelAddPressure(FemModel model, const char *group, const Tabl
 PetscErrorCode FemModelAddForce(FemModel model, const char *group, const PetscReal direction[3], const Table *table);
 PetscErrorCode FemModelAddLineLoad(FemModel model, const char *group, const PetscReal direction[3], const Table *table);
 PetscErrorCode FemModelSetGravity(FemModel model, const PetscReal gravity[3]); /* [m/s2] */
+/* Stress before any displacement, base + slope (x_axis - level) [Pa], Voigt xx yy zz xy yz zx; group "" = the whole body. Eq. (2.76) */
+PetscErrorCode FemModelSetInitialStress(FemModel model, const char *group, const PetscReal base[6], const PetscReal slope[6], PetscInt axis, PetscReal level);
+/* Linear expansion [1/K] of the material given to this group; a temperature rise (field[0] + field[1..3].x) x table [K]. Eq. (2.77) */
+PetscErrorCode FemModelSetExpansion(FemModel model, const char *group, PetscReal expansion);
+PetscErrorCode FemModelAddTemperature(FemModel model, const char *group, const PetscReal field[4], const Table *table);
 PetscErrorCode FemModelSetInitialVelocity(FemModel model, const PetscReal velocity[3]);
 PetscErrorCode FemModelSetDamping(FemModel model, PetscReal alpha); /* mass-proportional, [1/s]; explicit only */
 PetscErrorCode FemModelSetLocalDamping(FemModel model, PetscReal alpha); /* non-viscous, in [0, 1), eq. (5.3); explicit only */

@@ -67,7 +67,34 @@ typedef struct {
 typedef struct {
   PetscInt    group; /* -1 = the whole body */
   FemMaterial material;
+  PetscReal   expansion; /* [1/K] */
 } FemRegion;
+
+/* Stress before the run: base + slope x (coordinate along axis - level) [Pa], Voigt xx yy zz xy yz zx. */
+typedef struct {
+  PetscInt  group, axis; /* group -1 = the whole body */
+  PetscReal base[6], slope[6], level;
+} FemInSitu;
+
+/* A temperature rise (field[0] + field[1..3].x) x table [K]. */
+typedef struct {
+  PetscInt  group; /* -1 = the whole body */
+  PetscReal field[4];
+  Table     table;
+} FemHeat;
+
+/* Stress that does not depend on displacement: source 0 is in-situ, the others are temperatures.  fem_thermal.c */
+typedef struct {
+  PetscInt   n_insitu, n_heat;
+  FemInSitu *insitu;
+  FemHeat   *heat;
+  char      *inside;  /* [n_insitu + n_heat][n_cells] element is in the entry's group */
+  PetscInt   n;       /* sources; 0 = none of this */
+  PetscReal *pattern; /* [n][n_own*dim] nodal forces int B's per unit of the course [N] */
+  PetscReal *gram;    /* [n][n] int s_k:C^-1:s_l [J] */
+  PetscReal *course, *power, *course_old, *power_old; /* [n] now and before the last advance; power [J] = dU/d(course) */
+  PetscReal *force;   /* [n_own*dim] sum of course x pattern */
+} FemPre;
 
 typedef enum { FEM_HIST_REACTION, FEM_HIST_DISPLACEMENT, FEM_HIST_VELOCITY, FEM_HIST_OPENING, FEM_HIST_NORMAL, FEM_HIST_ERROR, FEM_HIST_PROBE } FemQuantity;
 
@@ -177,6 +204,7 @@ struct _p_FemModel {
   PetscReal  level_dt, level_sum[4]; /* eq. (2.19): work and damping of the half step before, then after; this rank */
   PetscReal  work, damping, work_in, initial; /* [J] all ranks */
   PetscBool  lent;
+  FemPre     pre;
 
   /* static */
   Mat      K;
@@ -235,6 +263,17 @@ PetscErrorCode FemSetUpLoads(FemModel model);
 PetscErrorCode FemLoadsAt(FemModel model, PetscReal t); /* f_app */
 PetscReal      FemFixPosition(const FemFix *fix, PetscReal t);
 PetscReal      FemFixVelocity(const FemFix *fix, PetscReal t);
+/* fem_thermal.c: f_int = K u + what prestress adds. A step: FemPrestressAdvance() to the coming time, FemAddPrestress() after each
+   FemApply() into f_int, FemHeatWork() once displacement is final; nothing happens where no such stress is. */
+PetscErrorCode FemSetUpPrestress(FemModel model);
+void           FemPrestressAdvance(FemModel model, PetscReal t);
+void           FemAddPrestress(FemModel model);
+PetscErrorCode FemHeatWork(FemModel model, PetscReal *work);
+PetscReal      FemPrestressEnergy(FemModel model);
+void           FemCellPrestress(FemModel model, PetscInt cell, PetscInt point, PetscReal s[6]); /* at an integration point, to be added to C:eps [Pa] */
+void           FemCellPrestressMean(FemModel model, PetscInt cell, PetscReal s[6]);
+PetscReal      FemCellThicker(FemModel model, PetscInt cell); /* plane stress: what heat adds to the element's mean strain across the plane */
+PetscErrorCode FemPrestressDestroy(FemModel model);
 /* fem_operator.c */
 PetscErrorCode FemRowsCreate(FemModel model);
 PetscErrorCode FemRowsFill(FemModel model, const PetscBool *flag, PetscBool take, PetscReal *value); /* of cells whose flag is take; flag NULL: all */

@@ -348,6 +348,7 @@ PetscErrorCode FemModelSetUp(FemModel model)
   PetscCall(PetscCalloc5(model->n_loc * model->dim, &model->u, model->n_own * model->dim, &model->v, model->n_own * model->dim, &model->f_int, model->n_own * model->dim, &model->f_app, model->n_own * model->dim, &model->f_ext));
   PetscCall(PetscCalloc2(model->n_own * model->dim, &model->v_next, model->n_own * model->dim, &model->reaction));
   PetscCall(FemSetUpLoads(model));
+  PetscCall(FemSetUpPrestress(model));
   if (model->method == FEM_STATIC) PetscCall(FemStaticSetUp(model));
   else PetscCall(FemExplicitSetUp(model));
   PetscCall(FemSetUpStepper(model));
@@ -435,6 +436,7 @@ PetscErrorCode FemModelDestroy(FemModel *model)
   PetscCall(PetscFree(m->law));
   PetscCall(PetscFree(m->fixed));
   PetscCall(FemFramesDestroy(m));
+  PetscCall(FemPrestressDestroy(m));
   PetscCall(PetscFree(m->fixed_dof));
   PetscCall(PetscFree(m->cell_weight));
   PetscCall(PetscFree(m->extra_mass));

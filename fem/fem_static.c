@@ -160,6 +160,8 @@ PetscErrorCode FemStaticSetUp(FemModel model)
   BaseCheckInput(model->alpha == 0, model->comm, "Damping of %g 1/s needs the explicit method; a static body has no velocity", (double)model->alpha);
   for (PetscInt d = 0; d < 3; d++) BaseCheckInput(model->velocity0[d] == 0, model->comm, "An initial velocity needs the explicit method; a static body has no inertia");
   PetscCall(FemCheckRigidMotion(model));
+  model->initial = FemPrestressEnergy(model);
+  PetscCall(FemSum(model, 1, &model->initial));
   PetscCall(FemRowsCreate(model));
   FemRowsIntoFrames(model);
   PetscCall(BuildMatrix(model));
@@ -199,7 +201,7 @@ static PetscErrorCode CheckResidual(FemModel model)
   PetscFunctionBegin;
   PetscCall(FemTakeReactions(model, &sum[0]));
   for (PetscInt k = 0; k < model->n_own * model->dim; k++) {
-    sum[1] += model->f_int[k] * model->f_int[k] + model->f_app[k] * model->f_app[k];
+    sum[1] += model->f_int[k] * model->f_int[k] + model->f_app[k] * model->f_app[k] + (model->pre.n ? PetscSqr(model->pre.force[k]) : 0);
     if (FemHeld(model, k) >= 0) sum[2] += PetscSqr(model->diagonal * model->u[k]); /* a body moved as a whole has no force but round-off */
   }
   PetscCall(FemSum(model, 3, sum));
@@ -212,7 +214,7 @@ PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt)
 {
   FemModel           model = ctx;
   const PetscInt     dim = model->dim, n = model->n_own * dim;
-  PetscReal         *old_u, *old_force, *place, work = 0, moved = 0;
+  PetscReal         *old_u, *old_force, *place, work = 0, heat, moved = 0;
   PetscScalar       *b, *s;
   const PetscScalar *a;
 
@@ -222,7 +224,7 @@ PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt)
     old_u[k]     = model->u[k];
     old_force[k] = model->f_app[k] + model->reaction[k];
   }
-  if (!model->started) PetscCall(PetscArrayzero(old_force, n)); /* loads grow from nothing during the first step */
+  for (PetscInt k = 0; k < n && !model->started; k++) old_force[k] = model->pre.n ? model->pre.force[k] : 0; /* loads grow from nothing during the first step, and what held an in-situ stress lets go */
   PetscCall(FemLoadsAt(model, t + dt));
 
   for (PetscInt k = 0; k < model->n_fixes; k++) place[k] = FemFixPosition(&model->fix[k], t + dt);
@@ -236,6 +238,8 @@ PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt)
   for (PetscInt k = 0; k < model->n_loc * dim; k++) moved = PetscMax(moved, PetscAbsReal(model->u[k]));
   if (moved > 0) PetscCall(FemApply(model, model->u, model->f_int));
   else PetscCall(PetscArrayzero(model->f_int, n));
+  FemPrestressAdvance(model, t + dt);
+  FemAddPrestress(model);
   PetscCall(VecGetArrayWrite(model->rhs, &b));
   for (PetscInt k = 0; k < n; k++) b[k] = model->f_app[k] + model->f_ext[k] - model->f_int[k];
   FemIntoFrames(model, b);
@@ -249,6 +253,7 @@ PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt)
   FemOutOfFrames(model, model->u);
   PetscCall(FemGhosts(model, model->u));
   PetscCall(FemApply(model, model->u, model->f_int));
+  FemAddPrestress(model);
   PetscCall(CheckResidual(model));
 
   for (PetscInt k = 0; k < n; k++) { /* eq. (2.16) */
@@ -257,8 +262,9 @@ PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt)
   }
   PetscCall(PetscFree3(old_u, old_force, place));
   PetscCall(FemSum(model, 1, &work));
-  model->work += work;
-  model->work_in += PetscAbsReal(work);
+  PetscCall(FemHeatWork(model, &heat));
+  model->work += work + heat;
+  model->work_in += PetscAbsReal(work) + PetscAbsReal(heat);
   model->started = PETSC_TRUE;
   model->t       = t + dt;
   model->dt_last = dt;

@@ -40,7 +40,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
 
   PetscFunctionBegin;
   PetscCall(Close(model));
-  sum[1] = 0.5 * FemDot(model, model->u, model->f_int);
+  sum[1] = 0.5 * FemDot(model, model->u, model->f_int) + FemPrestressEnergy(model);
   if (model->method == FEM_EXPLICIT) {
     if (model->inner.m > 1) sum[0] = model->inner.kinetic;
     else for (PetscInt k = 0; k < n; k++) sum[0] += 0.5 * model->mass[k / model->dim] * model->v[k] * (model->started ? model->v_next[k] : model->v[k]);
@@ -161,6 +161,13 @@ static PetscErrorCode CellField(FemModel model, PetscBool stress, PetscReal *own
     FemCellGeometry(model, c, dN, w);
     FemCellGather(model, c, model->u, u);
     FemMeanStress(FemShapeGet((MeshCellType)model->cell_type[c]), &model->law[model->cell_material[c]], dN, w, u, stress ? NULL : &own[6 * c], stress ? &own[6 * c] : NULL);
+    if (stress && model->pre.n) {
+      PetscReal more[6];
+
+      FemCellPrestressMean(model, c, more);
+      for (PetscInt i = 0; i < 6; i++) own[6 * c + i] += more[i];
+    }
+    if (!stress && model->kind == FEM_PLANE_STRESS) own[6 * c + 2] += FemCellThicker(model, c);
   }
   PetscCall(FemGather(model, model->home_cells, 6, own, all));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -236,6 +243,13 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint checkpoint)
   model->level_known = PETSC_FALSE;
   PetscCall(FemGhosts(model, model->u));
   PetscCall(FemForces(model));
+  if (model->pre.n && (model->started || model->method != FEM_STATIC)) {
+    PetscReal heat;
+
+    FemPrestressAdvance(model, model->t);
+    PetscCall(FemHeatWork(model, &heat)); /* booked before; this is for the powers */
+  }
+  FemAddPrestress(model);
   if (model->started || model->method == FEM_EXPLICIT) PetscCall(FemLoadsAt(model, model->t));
   if (model->method == FEM_STATIC) PetscCall(FemTakeReactions(model, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -255,6 +255,7 @@ PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], Pe
   PetscCheck(whole > 0, model->comm, PETSC_ERR_ORDER, "Ask for the critical step before elements are set apart");
   BaseCheckInput(m == 1 || model->operator == FEM_ROWS, model->comm, "Sub-steps need assembled rows; leave out -fem_elements, or take one step");
   BaseCheckInput(m == 1 || !model->frame_of, model->comm, "%s: inclined planes of symmetry with sub-steps are not covered; take one step for both sides (coupling: {substeps: 1})", model->source);
+  BaseCheckInput(m == 1 || !model->pre.n, model->comm, "%s: initial or thermal stress with sub-steps is not covered; take one step for both sides (coupling: {substeps: 1})", model->source);
   PetscCall(FemInnerDestroy(model));
   if (m == 1) {
     if (model->rows.value) PetscCall(FemRowsFill(model, NULL, PETSC_TRUE, model->rows.value));
