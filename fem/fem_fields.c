@@ -69,6 +69,28 @@ PetscErrorCode FemModelGetPoints(FemModel model, PetscInt *n, const PetscInt **n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What a node's material carries without strain, as its first element of that material sees it. own [n_own][sides][12] */
+static PetscErrorCode AddPrestress(FemModel model, PetscReal *own)
+{
+  FemRecovery r = model->recovery;
+  char       *done;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(model->n_own * r->sides, &done));
+  for (PetscInt c = 0; c < model->n_cells; c++)
+    for (PetscInt e = model->cell_start[c]; e < model->cell_start[c + 1]; e++)
+      for (PetscInt i = model->cell_node[e], k = i * r->sides; i < model->n_own && k < (i + 1) * r->sides; k++) {
+        PetscReal x[3] = {0, 0, 0};
+
+        if (done[k] || r->side[k] < 0 || r->side[k] != r->law[model->cell_material[c]]) continue;
+        for (PetscInt d = 0; d < model->dim; d++) x[d] = model->x[i * model->dim + d];
+        FemAddPrestressAt(model, c, x, &own[12 * k], &own[12 * k + 6]);
+        done[k] = 1;
+      }
+  PetscCall(PetscFree(done));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Recovered Voigt stress and strain of every point on rank 0, [n_points][6] each. The recovery has been done. */
 static PetscErrorCode GatherPoints(FemModel model, PetscReal *stress, PetscReal *strain)
 {
@@ -81,6 +103,7 @@ static PetscErrorCode GatherPoints(FemModel model, PetscReal *stress, PetscReal 
   PetscCall(PetscMalloc1(model->rank ? 0 : model->N_nodes * width, &all));
   for (PetscInt k = 0; k < model->n_own * r->sides; k++)
     if (r->side[k] >= 0) FemStressExpand(model->dim, &model->law[r->side[k]], &r->value[k * r->parts], &own[12 * k], &own[12 * k + 6]);
+  if (model->pre.n) PetscCall(AddPrestress(model, own));
   PetscCall(FemGather(model, model->home, width, own, all));
   for (PetscInt p = 0; p < r->n_points; p++) {
     if (stress) PetscCall(PetscArraycpy(&stress[6 * p], &all[12 * r->point_slot[p]], 6));

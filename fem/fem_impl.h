@@ -270,7 +270,8 @@ void           FemPrestressAdvance(FemModel model, PetscReal t);
 void           FemAddPrestress(FemModel model);
 PetscErrorCode FemHeatWork(FemModel model, PetscReal *work);
 PetscReal      FemPrestressEnergy(FemModel model);
-void           FemCellPrestress(FemModel model, PetscInt cell, PetscInt point, PetscReal s[6]); /* at an integration point, to be added to C:eps [Pa] */
+void           FemPrestressAtPlace(FemModel model, PetscInt cell, const PetscReal x[3], PetscReal s[6]); /* at x of the element, to be added to C:eps [Pa] */
+void           FemAddPrestressAt(FemModel model, PetscInt cell, const PetscReal x[3], PetscReal stress[6], PetscReal strain[6]); /* to what comes of C:eps there */
 void           FemCellPrestressMean(FemModel model, PetscInt cell, PetscReal s[6]);
 PetscReal      FemCellThicker(FemModel model, PetscInt cell); /* plane stress: what heat adds to the element's mean strain across the plane */
 PetscErrorCode FemPrestressDestroy(FemModel model);

@@ -219,6 +219,13 @@ static PetscReal ColumnValue(FemModel model, const Column *column, const PetscRe
     for (PetscInt i = 0; i < r->parts; i++) part[i] += probe->N[a] * r->value[slot * r->parts + i];
   }
   FemStressExpand(dim, &model->law[model->cell_material[c]], part, stress, strain);
+  if (model->pre.n) {
+    PetscReal x[3] = {0, 0, 0};
+
+    for (PetscInt a = 0; a < n; a++)
+      for (PetscInt d = 0; d < dim; d++) x[d] += probe->N[a] * model->x[node[a] * dim + d];
+    FemAddPrestressAt(model, c, x, stress, strain);
+  }
   if (column->quantity == PROBE_STRESS) return stress[column->component];
   if (column->quantity == PROBE_STRAIN) return strain[column->component];
   if (column->quantity == PROBE_VON_MISES) return FemVonMises(stress);

@@ -580,8 +580,8 @@ PetscErrorCode FemRecoveryCreate(FemModel model)
   PetscCall(PetscCalloc1(1, &model->recovery));
   r = model->recovery;
   PetscCall(PetscMalloc1(model->n_regions, &r->law));
-  for (PetscInt k = 0; k < model->n_regions; k++)
-    for (r->law[k] = 0; r->law[k] < k && !FemElasticSame(&model->law[r->law[k]], &model->law[k]);) r->law[k]++;
+  for (PetscInt k = 0; k < model->n_regions; k++) /* with stress without strain every region stands alone: C:eps may jump between them */
+    for (r->law[k] = 0; r->law[k] < k && (model->pre.n || !FemElasticSame(&model->law[r->law[k]], &model->law[k]));) r->law[k]++;
   PetscCall(FindOrder(model));
   PetscCall(FindAround(model));
   PetscCall(FindSides(model));

@@ -269,14 +269,12 @@ PetscReal FemPrestressEnergy(FemModel model)
   return sum;
 }
 
-void FemCellPrestress(FemModel model, PetscInt cell, PetscInt point, PetscReal s[6])
+void FemPrestressAtPlace(FemModel model, PetscInt cell, const PetscReal x[3], PetscReal s[6])
 {
   const FemPre *pre = &model->pre;
-  PetscReal     x[3], part[6];
+  PetscReal     part[6];
 
   for (PetscInt i = 0; i < 6; i++) s[i] = 0;
-  if (!pre->n) return;
-  PointPlace(model, cell, point, x);
   for (PetscInt k = 0; k < pre->n; k++) {
     SourceStress(model, k, cell, x, part);
     for (PetscInt i = 0; i < 6; i++) s[i] += pre->course[k] * part[i];
@@ -286,17 +284,32 @@ void FemCellPrestress(FemModel model, PetscInt cell, PetscInt point, PetscReal s
 void FemCellPrestressMean(FemModel model, PetscInt cell, PetscReal s[6])
 {
   const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
-  PetscReal       dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], volume = 0, part[6];
+  PetscReal       dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], volume = 0, part[6], x[3];
 
   for (PetscInt i = 0; i < 6; i++) s[i] = 0;
   if (!model->pre.n) return;
   FemCellGeometry(model, cell, dN, w);
   for (PetscInt q = 0; q < shape->points; q++) {
-    FemCellPrestress(model, cell, q, part);
+    PointPlace(model, cell, q, x);
+    FemPrestressAtPlace(model, cell, x, part);
     volume += w[q];
     for (PetscInt i = 0; i < 6; i++) s[i] += w[q] * part[i];
   }
   for (PetscInt i = 0; i < 6; i++) s[i] /= volume;
+}
+
+void FemAddPrestressAt(FemModel model, PetscInt cell, const PetscReal x[3], PetscReal stress[6], PetscReal strain[6])
+{
+  const FemMaterial *m = &model->region[model->cell_material[cell]].material;
+  PetscReal          s[6];
+
+  if (!model->pre.n) return;
+  FemPrestressAtPlace(model, cell, x, s);
+  for (PetscInt i = 0; i < 6; i++) stress[i] += s[i];
+  for (PetscInt k = 1; k < model->pre.n && model->kind == FEM_PLANE_STRESS; k++) {
+    SourceStress(model, k, cell, x, s);
+    strain[2] -= model->pre.course[k] * s[0] * (1 + m->poisson) / m->young; /* see FemCellThicker() */
+  }
 }
 
 /* e_zz = -nu/(1 - nu) (e_xx + e_yy - 2 alpha T) + alpha T: the part of T, from its in-plane stress -E/(1 - nu) alpha T. */

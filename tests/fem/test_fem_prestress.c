@@ -36,7 +36,7 @@ static PetscErrorCode TestWeightInBalance(void)
       PetscCall(FemModelGetCounts(model, NULL, &cells, NULL));
       PetscCall(PetscMalloc2(3 * mesh.n_nodes, &u, 6 * mesh.n_cells, &s));
       PetscCall(FemModelGetField(model, "displacement", u));
-      PetscCall(FemModelGetField(model, "stress", s));
+      PetscCall(FemModelGetField(model, "element_stress", s));
       for (PetscInt k = 0; k < 3 * mesh.n_nodes; k++) CheckNear(u[k], 0, 1e-12 * weight / (20e9 * 6) * 4); /* of its settlement */
       for (PetscInt c = 0; c < cells; c++) CheckNear(s[6 * c], ratio * s[6 * c + 2], 1e-9 * 2500 * g * top);
       CheckClose(CaseHistory(model, "reaction(zmin).z"), weight, 1e-10);
@@ -149,14 +149,27 @@ static PetscErrorCode TestFreeAndClampedExpansion(void)
         PetscCall(FemModelGetCounts(model, NULL, &cells, NULL));
         PetscCall(PetscMalloc3(3 * mesh.n_nodes, &u, 6 * cells, &s, 6 * cells, &e));
         PetscCall(FemModelGetField(model, "displacement", u));
-        PetscCall(FemModelGetField(model, "stress", s));
-        PetscCall(FemModelGetField(model, "strain", e));
+        PetscCall(FemModelGetField(model, "element_stress", s));
+        PetscCall(FemModelGetField(model, "element_strain", e));
         for (PetscInt c = 0; c < cells; c++)
           for (PetscInt i = 0; i < 6; i++) CheckNear(s[6 * c + i], clamped && i == 0 ? -20e9 * alpha * T : 0, 1e-10 * 20e9 * alpha * T);
         for (PetscInt c = 0; c < cells && !field; c++) CheckNear(e[6 * c + 2], alpha * T * (clamped ? 1 + 0.25 : 1), 1e-10 * alpha * T);
         for (PetscInt i = 0; i < mesh.n_nodes && !clamped && !field; i++)
           for (PetscInt d = 0; d < dim; d++) CheckNear(u[3 * i + d], alpha * T * mesh.x[3 * i + d], 1e-11 * alpha * T);
         PetscCall(CaseLedger(model, &ledger));
+        {
+          PetscInt        points;
+          const PetscInt *of;
+          PetscReal      *sp, *ep;
+
+          PetscCall(FemModelGetPoints(model, &points, &of));
+          PetscCall(PetscMalloc2(6 * points, &sp, 6 * points, &ep));
+          PetscCall(FemModelRecover(model, sp, ep));
+          for (PetscInt p = 0; p < points; p++)
+            for (PetscInt i = 0; i < 6; i++) CheckNear(sp[6 * p + i], clamped && i == 0 ? -20e9 * alpha * T : 0, 1e-9 * 20e9 * alpha * T);
+          for (PetscInt p = 0; p < points && !field; p++) CheckNear(ep[6 * p + 2], alpha * T * (clamped ? 1 + 0.25 : 1), 1e-9 * alpha * T);
+          PetscCall(PetscFree2(sp, ep));
+        }
         CheckNear(ledger.energy[LEDGER_STRAIN], clamped ? 0.5 * 20e9 * PetscSqr(alpha * T) * 0.8 * (dim == 3 ? 0.6 : 0.3) : 0, 1e-9 * 20e9 * PetscSqr(alpha * T));
         CheckBelow(LedgerError(&ledger), field ? 1e-8 : 1e-9); /* a hundred joules of heat in and out again */
         PetscCall(PetscFree3(u, s, e));
