@@ -60,7 +60,10 @@ typedef struct {
 
 typedef struct {
   char path[256], quantity[64], group[128];
+  char other[128]; /* of a strain: the second group */
 } AppQuantity;
+
+typedef struct _AppReadings *AppReadings; /* readings.c; NULL unless a strain is asked for */
 
 /* A part of the one body: a material on a group ("" = all of it). Several only for finite elements on one mesh. */
 typedef struct {
@@ -108,6 +111,7 @@ typedef struct {
   CouplingSplit split; /* coupled */
   CouplingModel coupling;
   Stepper     stepper;
+  AppReadings readings;
 
   PetscInt made_bodies, made_packings, made_cells, made_dem, made_fem, made_couplings; /* counts of what was constructed */
 } AppCase;
@@ -122,6 +126,14 @@ PetscErrorCode AppGeometryRead(AppCase *c);   /* parts, mesh or body, groups */
 PetscErrorCode AppConditionsRead(AppCase *c); /* loads and history quantities, checked against the groups */
 PetscErrorCode AppConditionsApply(AppCase *c);
 PetscErrorCode AppPrestressApply(AppCase *c, const AppPart *part); /* initial stress, expansion and temperature of a part of finite elements */
+
+/* What history.csv shows beyond the models' own columns: probes, and strains between groups made from mean displacements. */
+PetscErrorCode AppProbesCheck(AppCase *c);                            /* names against the groups */
+PetscErrorCode AppProbesApply(AppCase *c);
+PetscErrorCode AppReadingsNeed(AppCase *c, const AppQuantity *strain); /* the columns it is made of; before the models are set up */
+PetscErrorCode AppReadingsBegin(AppCase *c);                          /* puts itself before c->stepper */
+PetscErrorCode AppReadingsDestroy(AppCase *c);
+PetscErrorCode AppSideOf(AppCase *c, const char *path, const char *group, PetscBool *particles);
 
 /* Threads to use: those asked for, else the cores this process may use, shared among the ranks of the machine. */
 PetscErrorCode AppThreads(MPI_Comm comm, PetscInt asked, PetscInt *threads);

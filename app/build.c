@@ -235,12 +235,14 @@ PetscErrorCode AppCaseBuild(AppCase *c, PetscInt threads)
   if (c->method == APP_COUPLED) PetscCall(BuildCoupled(c, threads));
   else if (c->method == APP_FEM) PetscCall(BuildFem(c, threads));
   else PetscCall(BuildDem(c, threads));
+  PetscCall(AppReadingsBegin(c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode AppCaseDestroy(AppCase *c)
 {
   PetscFunctionBegin;
+  PetscCall(AppReadingsDestroy(c));
   if (c->coupling) PetscCall(CouplingModelDestroy(&c->coupling));
   if (c->fem) PetscCall(FemModelDestroy(&c->fem));
   if (c->dem) PetscCall(DemModelDestroy(&c->dem));

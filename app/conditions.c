@@ -274,34 +274,54 @@ static PetscErrorCode ReadCondition(AppCase *c, PetscInt i)
 
 /* ---- history ------------------------------------------------------------------------------------------------------ */
 
-/* "reaction( notch mouth )" -> quantity, group. Its form has been checked; `energies` has no group and is always there. */
+/* A tool's name, or a group's. */
+static PetscErrorCode CheckNamed(AppCase *c, const char *path, const char *name)
+{
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < c->n_tools; k++) {
+    const char *tool;
+
+    PetscCall(SceneGetEntry(c->scene, "tools", k, &tool));
+    if (!strcmp(tool, name)) PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!FindGroup(c, name)) PetscCall(FailNoGroup(c, path, name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* [from, to) without blanks at its ends. */
+static PetscErrorCode CopyTrimmed(const char *from, const char *to, size_t size, char text[])
+{
+  PetscFunctionBegin;
+  while (from < to && isspace((unsigned char)*from)) from++;
+  while (to > from && isspace((unsigned char)to[-1])) to--;
+  PetscCall(PetscStrncpy(text, from, PetscMin((size_t)(to - from) + 1, size)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* "reaction( notch mouth )" -> quantity, group; "strain(a, b)" two groups; "error" none. Its form has been checked; `energies` is always there. */
 static PetscErrorCode ReadQuantity(AppCase *c, const char *path, const char *text)
 {
-  const char  *from = strchr(text, '('), *to = strrchr(text, ')');
-  size_t       length = from ? (size_t)(from - text) : 0;
+  const char  *from = strchr(text, '('), *to = strrchr(text, ')'), *comma = NULL;
   AppQuantity *q;
-  PetscBool    tool = PETSC_FALSE;
 
   PetscFunctionBegin;
-  if (!from || !to) PetscFunctionReturn(PETSC_SUCCESS);
+  if ((!from || !to) && strcmp(text, "error")) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscRealloc((size_t)(c->n_quantities + 1) * sizeof(*c->quantity), &c->quantity));
   q = &c->quantity[c->n_quantities];
   PetscCall(PetscMemzero(q, sizeof(*q)));
   PetscCall(PetscStrncpy(q->path, path, sizeof(q->path)));
-  while (length && isspace((unsigned char)text[length - 1])) length--;
-  PetscCall(PetscStrncpy(q->quantity, text, PetscMin(length + 1, sizeof(q->quantity))));
-  for (from++; from < to && isspace((unsigned char)*from);) from++;
-  while (to > from && isspace((unsigned char)to[-1])) to--;
-  PetscCall(PetscStrncpy(q->group, from, PetscMin((size_t)(to - from) + 1, sizeof(q->group))));
-  for (PetscInt k = 0; k < c->n_tools; k++) {
-    const char *name;
-
-    PetscCall(SceneGetEntry(c->scene, "tools", k, &name));
-    if (!strcmp(name, q->group)) tool = PETSC_TRUE;
+  PetscCall(CopyTrimmed(text, from ? from : text + strlen(text), sizeof(q->quantity), q->quantity));
+  if (from) {
+    if (!strcmp(q->quantity, "strain")) comma = strchr(from, ',');
+    PetscCall(CopyTrimmed(from + 1, comma ? comma : to, sizeof(q->group), q->group));
+    PetscCall(CheckNamed(c, path, q->group));
+    if (comma) {
+      PetscCall(CopyTrimmed(comma + 1, to, sizeof(q->other), q->other));
+      PetscCall(CheckNamed(c, path, q->other));
+    }
   }
-  if (!tool && !FindGroup(c, q->group)) PetscCall(FailNoGroup(c, path, q->group));
   for (PetscInt k = 0; k < c->n_quantities; k++)
-    if (!strcmp(c->quantity[k].quantity, q->quantity) && !strcmp(c->quantity[k].group, q->group)) PetscCall(SceneFail(c->scene, path, "%s is asked for twice", text));
+    if (!strcmp(c->quantity[k].quantity, q->quantity) && !strcmp(c->quantity[k].group, q->group) && !strcmp(c->quantity[k].other, q->other)) PetscCall(SceneFail(c->scene, path, "%s is asked for twice", text));
   c->n_quantities++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -335,6 +355,7 @@ PetscErrorCode AppConditionsRead(AppCase *c)
       PetscCall(ReadQuantity(c, path, text));
     }
   }
+  PetscCall(AppProbesCheck(c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -387,7 +408,7 @@ static PetscErrorCode ApplyDem(AppCase *c, const AppLoad *l)
 }
 
 /* Which side of a coupled body has the group; one that both have, or that the overlap shares, is refused. */
-static PetscErrorCode SideOf(AppCase *c, const char *path, const char *name, PetscBool *particles)
+PetscErrorCode AppSideOf(AppCase *c, const char *path, const char *name, PetscBool *particles)
 {
   const MeshGroup *elements = NULL, *grains = NULL;
 
@@ -444,7 +465,7 @@ PetscErrorCode AppConditionsApply(AppCase *c)
 
     if (c->method == APP_COUPLED) {
       if (c->load[k].kind == APP_GRAVITY) PetscCall(SceneFail(c->scene, c->load[k].path, "gravity in a coupled body is not covered yet, see docs/not-yet.md"));
-      PetscCall(SideOf(c, c->load[k].path, c->load[k].group, &particles));
+      PetscCall(AppSideOf(c, c->load[k].path, c->load[k].group, &particles));
     }
     if (particles) PetscCall(ApplyDem(c, &c->load[k]));
     else PetscCall(ApplyFem(c, &c->load[k]));
@@ -454,9 +475,14 @@ PetscErrorCode AppConditionsApply(AppCase *c)
 
     PetscBool          particles = (PetscBool)(c->method == APP_DEM);
 
-    if (c->method == APP_COUPLED) PetscCall(SideOf(c, q->path, q->group, &particles));
+    if (q->other[0]) {
+      PetscCall(AppReadingsNeed(c, q));
+      continue;
+    }
+    if (c->method == APP_COUPLED && q->group[0]) PetscCall(AppSideOf(c, q->path, q->group, &particles));
     if (!particles) AppCallAt(c->scene, q->path, FemModelAddHistory(c->fem, q->quantity, q->group));
     else AppCallAt(c->scene, q->path, DemModelAddHistory(c->dem, q->quantity, q->group));
   }
+  PetscCall(AppProbesApply(c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -70,7 +70,10 @@ static PetscErrorCode ClassPrint(const char *name, int made, void *out)
 
 PetscErrorCode AppCountsJson(AppCase *c, Json *json)
 {
+  FemReadings readings = {0};
+
   PetscFunctionBegin;
+  if (c->fem) PetscCall(FemModelGetReadings(c->fem, &readings));
   PetscCall(JsonBeginObject(json, "constructed"));
   PetscCall(JsonInt(json, "FemModel", c->made_fem));
   PetscCall(JsonInt(json, "DemModel", c->made_dem));
@@ -78,6 +81,8 @@ PetscErrorCode AppCountsJson(AppCase *c, Json *json)
   PetscCall(JsonInt(json, "DemBody", c->made_bodies));
   PetscCall(JsonInt(json, "DemPacking", c->made_packings));
   PetscCall(JsonInt(json, "DemCells", c->made_cells));
+  PetscCall(JsonInt(json, "StressRecoveries", readings.recoveries));
+  PetscCall(JsonInt(json, "StressPatches", readings.patches));
   PetscCall(JsonBeginObject(json, "petsc"));
   PetscCall(EachClass(ClassJson, json));
   PetscCall(JsonEnd(json));
@@ -121,6 +126,17 @@ static PetscErrorCode RunJson(AppCase *c, const RunSummary *run, Json *json)
   PetscCall(JsonReal(json, "worst_error", run->worst_ledger_error));
   PetscCall(JsonEnd(json));
 
+  if (c->fem) {
+    FemReadings readings;
+
+    PetscCall(FemModelGetReadings(c->fem, &readings));
+    if (readings.error_known) {
+      PetscCall(JsonBeginObject(json, "element_error"));
+      PetscCall(JsonReal(json, "share", readings.error_share));
+      PetscCall(JsonReal(json, "energy_norm_sqrtJ", readings.error_norm));
+      PetscCall(JsonEnd(json));
+    }
+  }
   PetscCall(JsonBeginObject(json, "peaks"));
   for (PetscInt k = 0; run->lowest && k < PetscMin(run->n_history, c->stepper.n_history); k++) {
     char key[256];

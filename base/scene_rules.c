@@ -324,11 +324,11 @@ static PetscErrorCode CheckTools(Scene scene, SceneNode tools, SceneNode bodies)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The group within "reaction(load)". */
+/* The group within "reaction(load)", or the two within "strain(top, bottom)". */
 static PetscErrorCode CheckQuantity(Scene scene, SceneNode node)
 {
   const char *open = node->kind == NODE_TEXT ? strchr(node->text, '(') : NULL;
-  char        group[BASE_LINE / 2];
+  char        group[BASE_LINE / 2], *comma;
   size_t      n;
 
   PetscFunctionBegin;
@@ -336,20 +336,45 @@ static PetscErrorCode CheckQuantity(Scene scene, SceneNode node)
   n = strlen(open + 1) - 1;
   memcpy(group, open + 1, n);
   group[n] = 0;
-  PetscCall(CheckGroup(scene, node, group, NULL, PETSC_TRUE, PETSC_FALSE));
+  if (strncmp(node->text, "strain", 6)) {
+    PetscCall(CheckGroup(scene, node, group, NULL, PETSC_TRUE, PETSC_FALSE));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  comma = strchr(group, ',');
+  if (!comma) PetscCall(SceneFaultValue(scene, node, "%.200s: a strain is the elongation between two groups; name both: strain(bottom, top)", node->text));
+  else {
+    const char *second = comma + 1 + strspn(comma + 1, " ");
+
+    while (comma > group && comma[-1] == ' ') comma--;
+    *comma = 0;
+    PetscCall(CheckGroup(scene, node, group, NULL, PETSC_TRUE, PETSC_FALSE));
+    PetscCall(CheckGroup(scene, node, second, NULL, PETSC_TRUE, PETSC_FALSE));
+    if (!strcmp(group, second)) PetscCall(SceneFaultValue(scene, node, "%.200s: a strain needs two different groups", node->text));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Fields that only one method has; asked of the other they would be missing in silence. */
 static PetscErrorCode CheckField(Scene scene, SceneNode node, SceneNode bodies)
 {
-  const PetscBool of_dem = (PetscBool)(SceneNodeIs(node, "rotation") || SceneNodeIs(node, "damage")), of_fem = SceneNodeIs(node, "reaction");
+  const PetscBool of_dem = (PetscBool)(SceneNodeIs(node, "rotation") || SceneNodeIs(node, "damage")), of_fem = (PetscBool)(SceneNodeIs(node, "reaction") || SceneNodeIs(node, "von_mises") || SceneNodeIs(node, "principal_stress") || SceneNodeIs(node, "error") || SceneNodeIs(node, "element_stress") || SceneNodeIs(node, "element_strain"));
 
   PetscFunctionBegin;
   if (!(of_dem || of_fem) || !bodies || bodies->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
   for (SceneNode body = bodies->first; body; body = body->next)
     if (!SceneNodeIs(SceneNodeChild(body, "method"), of_dem ? "fem" : "dem")) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SceneFaultValue(scene, node, "field %s belongs to method: %s, and no body has it; take it out", node->text, of_dem ? "dem" : "fem"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What only finite elements have: probes, the error. */
+static PetscErrorCode CheckElements(Scene scene, SceneNode node, const char *what, SceneNode bodies)
+{
+  PetscFunctionBegin;
+  if (!node || !bodies || bodies->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
+  for (SceneNode body = bodies->first; body; body = body->next)
+    if (!SceneNodeIs(SceneNodeChild(body, "method"), "dem")) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SceneFaultKey(scene, node, "%s of finite elements, and every body has method: dem; take it out", what));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -378,9 +403,14 @@ PetscErrorCode SceneRules(Scene scene)
     PetscCall(CheckField(scene, fields, bodies));
     for (SceneNode item = fields->first; item; item = item->next) PetscCall(CheckField(scene, item, bodies));
   }
+  PetscCall(CheckElements(scene, SceneNodeChild(SceneNodeChild(root, "output"), "probes"), "probes are points", bodies));
   if (quantities) {
     if (quantities->kind == NODE_TEXT) PetscCall(CheckQuantity(scene, quantities));
-    for (SceneNode item = quantities->first; item; item = item->next) PetscCall(CheckQuantity(scene, item));
+    if (SceneNodeIs(quantities, "error")) PetscCall(CheckElements(scene, quantities, "error is the estimate", bodies));
+    for (SceneNode item = quantities->first; item; item = item->next) {
+      PetscCall(CheckQuantity(scene, item));
+      if (SceneNodeIs(item, "error")) PetscCall(CheckElements(scene, item, "error is the estimate", bodies));
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -121,6 +121,33 @@ void DemDamage_Internal(DemModel model, PetscReal *damage)
   }
 }
 
+PetscErrorCode DemModelGetGroupMiddle(DemModel model, const char *group, PetscReal middle[3])
+{
+  const DemCells *cells = &model->cells;
+  PetscReal       area  = 0;
+  PetscInt        face;
+
+  PetscFunctionBegin;
+  for (PetscInt d = 0; d < 3; d++) middle[d] = 0;
+  for (PetscInt k = 0; k < model->n_tools; k++) {
+    PetscBool same;
+
+    PetscCall(PetscStrcmp(group, model->tool[k].name, &same));
+    if (!same) continue;
+    for (PetscInt d = 0; d < 3; d++) middle[d] = model->tool[k].plane.point[d];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(DemBodyFindFace(&model->body, group, &face));
+  PetscCheck(face >= 0, model->comm, PETSC_ERR_ARG_WRONG, "No face or tool '%s'", group);
+  for (PetscInt k = 0; k < cells->n_walls; k++)
+    if (cells->wall_face[k] == face) {
+      area += cells->wall_area[k];
+      for (PetscInt d = 0; d < 3; d++) middle[d] += cells->wall_area[k] * cells->wall_at[3 * k + d];
+    }
+  for (PetscInt d = 0; d < 3 && area > 0; d++) middle[d] /= area;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemModelGetFacet(DemModel model, PetscInt facet, PetscReal at[3], PetscReal normal[3], PetscReal *area)
 {
   const DemCells *cells = &model->cells;

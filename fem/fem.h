@@ -66,6 +66,8 @@ PetscErrorCode FemModelSetThreads(FemModel model, PetscInt threads);
    whatever the group, the share of FemModelComputeError(). */
 PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const char *group);
 
+/* Mean place [m] of a group's nodes, undeformed; what its mean displacement belongs to. Collective. */
+PetscErrorCode FemModelGetGroupMiddle(FemModel model, const char *group, PetscReal middle[3]);
 /* Columns of a point of the body: "displacement", "velocity", "stress", "strain", "von_mises", "principal_stress", named quantity(name).part. After
    FemModelSetMesh(), before set-up; at [dim] [m]. Only the patches around the probes are recovered, and only when a row is written. */
 PetscErrorCode FemModelAddProbe(FemModel model, const char *name, const PetscReal at[3], PetscInt n, const char *const quantity[]);

@@ -67,7 +67,6 @@ PetscErrorCode FemModelGetReadings(FemModel model, FemReadings *readings)
   if (model->recovery) {
     readings->recoveries = model->recovery->count;
     readings->patches    = model->recovery->patches;
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &readings->patches, 1, MPIU_INT, MPI_SUM, model->comm));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

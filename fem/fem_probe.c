@@ -265,3 +265,16 @@ PetscErrorCode FemProbesHistory(FemModel model, PetscInt i, PetscReal *value)
   *value   = p->value[j];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode FemModelGetGroupMiddle(FemModel model, const char *name, PetscReal middle[3])
+{
+  PetscInt g;
+
+  PetscFunctionBegin;
+  PetscCall(FemFindGroup(model, name, &g));
+  for (PetscInt d = 0; d < 3; d++) middle[d] = 0;
+  for (PetscInt k = 0; k < model->group[g].n_nodes; k++)
+    for (PetscInt d = 0; d < model->dim; d++) middle[d] += model->x[model->group[g].node[k] * model->dim + d] / model->group[g].n_nodes_global;
+  PetscCall(FemSum(model, 3, middle));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -488,6 +488,7 @@ static PetscErrorCode ListRequest(FemModel model, const PetscInt *slot, const Pe
   for (PetscInt k = 0; k < room; k++)
     if (slot[k] && r->kind[k] != FIT_NONE) list[n++] = k;
   PetscCall(CopyList(n, list, &q->n_fits, &q->fit));
+  PetscCallMPI(MPI_Allreduce(&n, &q->fits, 1, MPIU_INT, MPI_SUM, model->comm));
   for (PetscInt k = 0; k < n; k++)
     for (PetscInt e = r->start[list[k] / r->sides]; e < r->start[list[k] / r->sides + 1]; e++) cell[r->around[e]] = 1;
   n = 0;
@@ -720,7 +721,7 @@ PetscErrorCode FemRecover(FemModel model, const FemRequest *q)
   for (PetscInt k = 0; k < q->n_takes; k++) PetscCall(PetscArraycpy(&r->value[q->take[k] * r->parts], &r->poly[q->take[k] * size], r->parts));
   for (PetscInt k = 0; k < q->n_between; k++) BetweenCorners(model, q->between[k], &r->value[q->between[k] * r->parts]);
   PetscCall(ToGhosts(model, MPIU_REAL, r->sides * r->parts, r->value));
-  r->patches += q->n_fits;
+  r->patches += q->fits;
   if (q == &r->all) r->count++;
   PetscCall(PetscLogEventEnd(FEM_Recover, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);

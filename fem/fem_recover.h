@@ -15,6 +15,7 @@
 typedef struct {
   PetscInt  n_cells, *cell; /* sampled */
   PetscInt  n_fits, *fit;   /* slots of owned corner nodes that fit their own samples */
+  PetscInt  fits;           /* of all ranks */
   PetscInt  n_takes, *take; /* slots of owned corner nodes that take their neighbours' polynomials, by level */
   PetscInt  n_between, *between; /* slots of owned nodes between corners */
 } FemRequest;
@@ -32,7 +33,7 @@ struct _FemRecovery {
   FemRequest all, probed;
   PetscReal *poly;       /* [n_loc][sides][terms][parts] of x - x_node [Pa/m^degree] */
   PetscReal *value;      /* [n_loc][sides][parts] [Pa] */
-  PetscInt   count, patches; /* whole recoveries, patches fitted; of this rank */
+  PetscInt   count, patches; /* whole recoveries, patches fitted by all ranks */
 
   /* rank 0: points of a frame, nodes first, then further sides */
   PetscBool  mapped;

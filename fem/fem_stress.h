@@ -13,5 +13,5 @@ void FemStressExpand(PetscInt dim, const FemElastic *law, const PetscReal *s, Pe
 PetscReal FemStressNorm(PetscInt dim, const FemElastic *law, const PetscReal *s);
 
 PetscReal FemVonMises(const PetscReal stress[6]); /* eq. (2.94) */
-/* Eigenvalues, largest first, and unit eigenvectors direction[k] (NULL: not wanted); repeated roots are no special case.  Eq. (2.95) */
+/* Eigenvalues, largest first, and unit eigenvectors direction[k] (NULL: not wanted); repeated roots are no special case.  Eq. (2.94) */
 void FemPrincipal(const PetscReal stress[6], PetscReal value[3], PetscReal direction[3][3]);

@@ -1,4 +1,5 @@
 """The program from outside: what a user types, what comes back.  python3 program.py CLEAVE SOURCE_TREE TEST..."""
+import csv
 import json
 import os
 import re
@@ -361,6 +362,61 @@ def test_ranks(folder):
             continue
         scale = abs(one[:, column]).max()
         check(abs(one[:, column] - two[:, column]).max() <= 1e-9 * scale + 1e-300, name, "differs between one and two ranks")
+
+
+def last_row(folder, output):
+    """The last row of history.csv by name, without units. Names with a comma are quoted."""
+    with open(os.path.join(folder, output, "history.csv"), newline="") as file:
+        rows = list(csv.reader(file))
+    return dict(zip((re.sub(r"\[[^\[\]]*\]$", "", name) for name in rows[0]), map(float, rows[-1])))
+
+
+def test_readings(folder):
+    """Probes, strains and recovered fields: right values, on both methods and two ranks; nothing recovered when nobody asks."""
+    bar = FEM.replace("time: {end: 40 us}", "time: {end: 1 s, method: static}").replace("mesh: {size: 2 mm, cells: quad}", "mesh: {size: 5 mm, cells: quad}")
+    bar = bar.replace("{group: xmin, fix: all}", "{group: xmin, fix: x}\n  - {group: ymin, fix: y}").replace("traction: {y: -1 MPa}", "traction: {x: 21 MPa}").replace("every: 2 us, ", "").replace("every: 20 us, ", "")
+    write(folder, "plain.yaml", bar.replace("[displacement, stress]", "[displacement, element_stress]"))
+    cleave("run", "plain.yaml", cwd=folder)
+    made = summary(folder, "results", "plain")["constructed"]
+    check(made["StressRecoveries"] == 0 and made["StressPatches"] == 0, made)
+    bar = bar.replace("displacement(xmax)]", "'strain(xmin, xmax)', error]").replace("[displacement, stress]", "[displacement, stress, von_mises, principal_stress, strain, error]")
+    bar += "  probes:\n    A: {at: [13 mm, 7 mm], quantities: [displacement, stress, strain, von_mises, principal_stress]}\n"
+    write(folder, "bar.yaml", bar)
+    cleave("run", "bar.yaml", cwd=folder)
+    cleave("run", "bar.yaml", "--output", "again", "--resume", cwd=folder, expect=2)
+    row = last_row(folder, "results/bar")
+    names = list(row)
+    check("displacement(xmin).x" not in names and "displacement(xmax).x" not in names, "hidden columns show:", names)
+    for name, want in (("strain(xmin, xmax)", 1e-4), ("displacement(A).x", 1.3e-6), ("displacement(A).y", -0.3e-4 * 7e-3), ("stress(A).xx", 21e6), ("strain(A).zz", -3e-5), ("von_mises(A)", 21e6), ("principal_stress(A).1", 21e6)):
+        check(abs(row[name] / want - 1) < 1e-9, name, row[name], "not", want)
+    check(row["error"] < 1e-9, "error of an exact answer", row["error"])
+    state = summary(folder, "results", "bar")
+    check(state["constructed"]["StressRecoveries"] > 0 and state["element_error"]["share"] < 1e-9, state["constructed"])
+    data = frames(os.path.join(folder, "results", "bar"))
+    stress = data[sorted(name for name in data if name.endswith("point_data/stress"))[-1]]
+    check(stress.shape == (3 * 9, 6) and abs(stress[:, 0] / 21e6 - 1).max() < 1e-9, stress.shape)
+    done = subprocess.run(["mpiexec", "--oversubscribe", "-n", "2", CLEAVE, "run", "--threads", "1", "--no-plots", "bar.yaml", "--output", "two"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
+    check(done.returncode == 0, done.stdout)
+    two = last_row(folder, "two")
+    for name in names:
+        if "error" not in name and "reaction" not in name:
+            check(abs(two[name] - row[name]) <= 1e-9 * abs(row[name]) + (1e-6 if "stress" in name else 1e-15), name, two[name], row[name])
+
+    text = cleave("run", "bar.yaml", "--set", "output.probes.A.at=[13 mm, 12 mm]", cwd=folder, expect=2)
+    check("bar.yaml:" in text or "output.probes" in text, text)
+    check("0.002 m from their nearest place (0.013, 0.01)" in text, text)
+    write(folder, "bad.yaml", bar.replace("    A:", "    xmax:"))
+    check("another name" in cleave("check", "bad.yaml", cwd=folder, expect=2), "a probe named as a group")
+
+    block = DEM.replace("displacement(zmax)]", "'strain(zmin, zmax)', displacement(zmax)]")
+    write(folder, "block.yaml", block)
+    cleave("run", "block.yaml", cwd=folder)
+    row = last_row(folder, "results/block")
+    check(abs(row["strain(zmin, zmax)"] * 60e-3 / row["displacement(zmax).z"] - 1) < 1e-9, row)
+    write(folder, "bad.yaml", DEM + "  probes: {A: {at: [0 mm, 0 mm, 0 mm]}}\n")
+    check("every body has method: dem" in cleave("check", "bad.yaml", cwd=folder, expect=2), "probes of particles")
+    write(folder, "bad.yaml", DEM.replace("displacement(zmax)]", "strain(zmax)]"))
+    check("name both" in cleave("check", "bad.yaml", cwd=folder, expect=2), "strain of one group")
 
 
 def test_cantilever(folder):
