@@ -93,7 +93,7 @@ PetscErrorCode DemModelAddPlane(DemModel model, const char *name, const DemPlane
 
 /* "reaction" of a face, "displacement" (mean of a face), "velocity"; of a tool also "force", "torque", "work". One column per component. */
 PetscErrorCode DemModelAddHistory(DemModel model, const char *quantity, const char *group);
-PetscErrorCode DemModelGetGroupMiddle(DemModel model, const char *group, PetscReal middle[3]); /* [m] area mean of a face, a tool's point; at rest */
+PetscErrorCode DemModelGetGroupMiddle(DemModel model, const char *group, PetscReal middle[3]); /* [m] area mean of a face, a tool's centre; at rest */
 
 PetscErrorCode DemModelSetUp(DemModel model);
 PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt); /* power iteration, 1 % */

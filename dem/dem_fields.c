@@ -1,5 +1,6 @@
 /* dem_fields.c - stress and strain of each particle, for output: plain loops, packing's order. */
 #include "dem_impl.h"
+#include "dem_tool_impl.h"
 
 typedef struct {
   PetscReal a[3], b[3], gap[3]; /* arms and gap now */
@@ -132,9 +133,9 @@ PetscErrorCode DemModelGetGroupMiddle(DemModel model, const char *group, PetscRe
   for (PetscInt k = 0; k < model->n_tools; k++) {
     PetscBool same;
 
-    PetscCall(PetscStrcmp(group, model->tool[k].name, &same));
+    PetscCall(PetscStrcmp(group, model->tool[k]->name, &same));
     if (!same) continue;
-    for (PetscInt d = 0; d < 3; d++) middle[d] = model->tool[k].plane.point[d];
+    for (PetscInt d = 0; d < 3; d++) middle[d] = model->tool[k]->centre0[d];
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(DemBodyFindFace(&model->body, group, &face));
