@@ -305,6 +305,15 @@ static PetscErrorCode ReadQuantity(AppCase *c, const char *path, const char *tex
   AppQuantity *q;
 
   PetscFunctionBegin;
+  if (!strcmp(text, "balance")) {
+    if (c->method != APP_FEM) PetscCall(SceneFail(c->scene, path, "balance sums the forces of finite elements alone; this body has particles"));
+    PetscCall(PetscRealloc((size_t)(c->n_quantities + 1) * sizeof(*c->quantity), &c->quantity));
+    q = &c->quantity[c->n_quantities++];
+    PetscCall(PetscMemzero(q, sizeof(*q)));
+    PetscCall(PetscStrncpy(q->path, path, sizeof(q->path)));
+    PetscCall(PetscStrncpy(q->quantity, text, sizeof(q->quantity)));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if ((!from || !to) && strcmp(text, "error")) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscRealloc((size_t)(c->n_quantities + 1) * sizeof(*c->quantity), &c->quantity));
   q = &c->quantity[c->n_quantities];

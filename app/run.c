@@ -229,6 +229,24 @@ static const char *EndWord(const AppOptions *options, const RunSummary *run, int
   return "interrupted";
 }
 
+/* Elements are of small strain: a large rotation counts as strain.  Eq. (2.85) */
+static PetscErrorCode WarnTurn(AppCase *c, AppEnd *end)
+{
+  const PetscReal most = 5; /* degrees: 1 - cos is 0.4 % */
+  PetscReal       turn = 0;
+
+  PetscFunctionBegin;
+  if (!c->fem) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FemModelGetTurn(c->fem, &turn));
+  turn *= 180 / PETSC_PI;
+  if (!(turn > most)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSNPrintf(end->warning[end->n_warnings], sizeof(end->warning[0]), "a finite element turned by %.3g degrees; elements are of small strain, and take %.2g of strain from a turn of that size", (double)turn,
+                          (double)(1 - PetscCosReal(turn * PETSC_PI / 180))));
+  if (c->rank == 0) fprintf(stderr, "warning: %s\n", end->warning[end->n_warnings]);
+  end->n_warnings++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
 {
   AppCase        c;
@@ -277,6 +295,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   } else end.state = EndWord(options, &run, &end.exit_code);
   if (options->resume) PetscCall(SceneWriteResolved(c.scene, path));
   PetscCall(AppCracksWrite(&c, directory));
+  if (!code) PetscCall(WarnTurn(&c, &end));
   if (!options->no_plots) PetscCall(Plots(&c, directory, &end));
   PetscCall(AppSummaryWrite(&c, &plan, &run, &end, directory));
   if (!options->quiet && !c.rank) printf("%s: results in %s\n", end.state, directory);

@@ -103,6 +103,8 @@ typedef struct {
 PetscErrorCode FemModelGetReadings(FemModel model, FemReadings *readings);
 PetscErrorCode FemModelGetState(FemModel model, FemState *state);
 PetscErrorCode FemModelRestoreState(FemModel model, FemState *state);
+/* Largest turn of an element [rad] now or at a frame before: a small-strain body takes 1 - cos of it for strain. Eq. (2.85). Collective. */
+PetscErrorCode FemModelGetTurn(FemModel model, PetscReal *angle);
 PetscErrorCode FemModelGetCounts(FemModel model, PetscInt *nodes, PetscInt *elements, PetscInt *dofs); /* global */
 
 /* Sub-steps, for a coupling: elements with inner[] true (the mesh's order of top-dimension cells) and their nodes go in m steps of dt, the

@@ -96,7 +96,7 @@ typedef struct {
   PetscReal *force;   /* [n_own*dim] sum of course x pattern */
 } FemPre;
 
-typedef enum { FEM_HIST_REACTION, FEM_HIST_DISPLACEMENT, FEM_HIST_VELOCITY, FEM_HIST_OPENING, FEM_HIST_NORMAL, FEM_HIST_ERROR, FEM_HIST_PROBE } FemQuantity;
+typedef enum { FEM_HIST_REACTION, FEM_HIST_DISPLACEMENT, FEM_HIST_VELOCITY, FEM_HIST_OPENING, FEM_HIST_NORMAL, FEM_HIST_ERROR, FEM_HIST_PROBE, FEM_HIST_BALANCE } FemQuantity;
 
 typedef struct {
   FemQuantity quantity;
@@ -205,6 +205,7 @@ struct _p_FemModel {
   PetscReal  work, damping, work_in, initial; /* [J] all ranks */
   PetscBool  lent;
   FemPre     pre;
+  PetscReal  turn; /* [rad] largest turn of an element seen so far, at frames */
 
   /* static */
   Mat      K;
@@ -275,6 +276,8 @@ void           FemAddPrestressAt(FemModel model, PetscInt cell, const PetscReal 
 void           FemCellPrestressMean(FemModel model, PetscInt cell, PetscReal s[6]);
 PetscReal      FemCellThicker(FemModel model, PetscInt cell); /* plane stress: what heat adds to the element's mean strain across the plane */
 PetscErrorCode FemPrestressDestroy(FemModel model);
+/* fem_check.c */
+PetscErrorCode FemBalance(FemModel model, PetscReal value[6]);
 /* fem_operator.c */
 PetscErrorCode FemRowsCreate(FemModel model);
 PetscErrorCode FemRowsFill(FemModel model, const PetscBool *flag, PetscBool take, PetscReal *value); /* of cells whose flag is take; flag NULL: all */

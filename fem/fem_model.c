@@ -294,6 +294,23 @@ PetscErrorCode FemModelAddHistory(FemModel model, const char *quantity, const ch
     model->history[model->n_history++]    = (FemHistory){.quantity = FEM_HIST_ERROR, .group = -1};
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(PetscStrcmp(quantity, "balance", &same));
+  if (same) {
+    const PetscInt columns = model->dim == 3 ? 6 : 3;
+
+    PetscCall(PetscRealloc(sizeof(FemHistory) * (model->n_history + columns), &model->history));
+    PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + columns), &model->history_name));
+    PetscCall(PetscRealloc(sizeof(char *) * (model->n_history + columns), &model->history_unit));
+    for (PetscInt k = 0; k < 6; k++) {
+      const char *const column[6] = {"balance.x", "balance.y", "balance.z", "balance.about_x", "balance.about_y", "balance.about_z"};
+
+      if (model->dim == 2 && k >= 2 && k <= 4) continue;
+      PetscCall(PetscStrallocpy(column[k], &model->history_name[model->n_history]));
+      model->history_unit[model->n_history] = k < 3 ? "N" : "N m";
+      model->history[model->n_history++]    = (FemHistory){.quantity = FEM_HIST_BALANCE, .group = -1, .component = k};
+    }
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (PetscInt q = 0; q < 4; q++) {
     PetscCall(PetscStrcmp(quantity, names[q], &same));
     if (same) found = q;

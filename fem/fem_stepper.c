@@ -73,6 +73,13 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
     else PetscCall(FemModelComputeError(model, value, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  if (h->quantity == FEM_HIST_BALANCE) {
+    PetscReal all[6];
+
+    PetscCall(FemBalance(model, all));
+    *value = all[h->component];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (h->quantity == FEM_HIST_OPENING) { /* mean motion along the axis, far lip less near lip */
     PetscReal mean[2] = {0}, count[2] = {0};
 
@@ -197,7 +204,12 @@ PetscErrorCode FemModelGetField(FemModel model, const char *name, PetscReal *dat
 
 static PetscErrorCode StepperWrite(void *ctx, Output output)
 {
-  return FemWriteFrame((FemModel)ctx, output);
+  PetscReal turn;
+
+  PetscFunctionBegin;
+  PetscCall(FemModelGetTurn((FemModel)ctx, &turn));
+  PetscCall(FemWriteFrame((FemModel)ctx, output));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode StepperSave(void *ctx, Checkpoint checkpoint)

@@ -245,12 +245,75 @@ static PetscErrorCode TestTotalForces(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Loads, reactions, inertia and drag add up to nothing, in force and moment, standing and moving, on slanting planes. */
+static PetscErrorCode TestBalance(void)
+{
+  static const char *const column[6] = {"balance.x", "balance.y", "balance.z", "balance.about_x", "balance.about_y", "balance.about_z"};
+
+  PetscFunctionBeginUser;
+  for (PetscInt moving = 0; moving < 2; moving++) {
+    Mesh      mesh;
+    FemModel  model;
+    Stepper   s;
+    PetscReal dt = 1;
+
+    PetscCall(BoxOnPlanes(MESH_TET4, 0.7, moving ? FEM_EXPLICIT : FEM_STATIC, &mesh, &model));
+    PetscCall(FemModelAddHistory(model, "balance", ""));
+    if (moving) PetscCall(FemModelSetDamping(model, 500));
+    PetscCall(FemModelSetUp(model));
+    PetscCall(FemModelGetStepper(model, &s));
+    if (moving) PetscCall(FemModelGetStableStep(model, &dt));
+    for (PetscInt k = 0; k < (moving ? 40 : 1); k++) PetscCall(s.step(s.ctx, k * dt, dt));
+    for (PetscInt k = 0; k < 6; k++) CheckNear(CaseHistory(model, column[k]), 0, 1e-9 * 1e6 * 0.48);
+    CheckAbove(PetscAbsReal(CaseHistory(model, "reaction(ymin).normal")), 1e3);
+    PetscCall(FemModelDestroy(&model));
+    PetscCall(MeshDestroy(&mesh));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static void ThirtyDegrees(const PetscReal x[3], PetscReal u[3])
+{
+  PetscReal y[3];
+
+  Turn(PETSC_PI / 6, slant, x, y);
+  for (PetscInt d = 0; d < 3; d++) u[d] = y[d] - x[d];
+}
+
+static PetscErrorCode TestTurnOfElements(void)
+{
+  const FemMaterial m         = {2400, 30e9, 0.2};
+  const PetscReal   length[3] = {1, 1, 1};
+  const PetscInt    n[3]      = {2, 2, 2};
+  PetscInt         *node, count;
+  PetscReal         turn;
+  Mesh              mesh;
+  FemModel          model;
+
+  PetscFunctionBeginUser;
+  PetscCall(CaseBox(PETSC_COMM_SELF, MESH_HEX8, length, n, 0, &mesh));
+  PetscCall(PetscMalloc1(mesh.n_nodes, &node));
+  count = CaseSurface(&mesh, length, -1, node);
+  PetscCall(CaseAddNodeGroups(&mesh, count, node));
+  PetscCall(CaseModel(PETSC_COMM_SELF, &mesh, FEM_SOLID, FEM_STATIC, 1, &m, &model));
+  PetscCall(CaseFixNodes(model, 3, count, node, mesh.x, ThirtyDegrees));
+  PetscCall(CaseSolve(model));
+  PetscCall(FemModelGetTurn(model, &turn));
+  CheckNear(turn, PETSC_PI / 6, 1e-9);
+  PetscCall(PetscFree(node));
+  PetscCall(FemModelDestroy(&model));
+  PetscCall(MeshDestroy(&mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+CHECK_TEST(TestBalance)
+CHECK_TEST(TestTurnOfElements)
 CHECK_TEST(TestTurnedPlanesGiveTheTurnedAnswer)
 CHECK_TEST(TestTurnedPlanesInMotion)
 CHECK_TEST(TestSupportsMeetPlanes)
 CHECK_TEST(TestCurvedGroupIsRefused)
 CHECK_TEST(TestTotalForces)
 
-static const struct CMUnitTest tests[] = {TEST(TestTurnedPlanesGiveTheTurnedAnswer), TEST(TestTurnedPlanesInMotion), TEST(TestSupportsMeetPlanes), TEST(TestCurvedGroupIsRefused), TEST(TestTotalForces)};
+static const struct CMUnitTest tests[] = {TEST(TestBalance), TEST(TestTurnOfElements), TEST(TestTurnedPlanesGiveTheTurnedAnswer), TEST(TestTurnedPlanesInMotion), TEST(TestSupportsMeetPlanes), TEST(TestCurvedGroupIsRefused), TEST(TestTotalForces)};
 
 CHECK_MAIN(tests)

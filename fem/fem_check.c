@@ -1,0 +1,69 @@
+/* fem_check.c - what a run can say about itself: whether its forces balance, how far its elements have turned.  Eqs (2.84), (2.85) */
+#include "fem_impl.h"
+
+/*
+  FemBalance - loads + reactions - inertia - drag of the whole body, and their moment about the origin; zero but for round-off
+
+  value [6] out: force [N], moment [N m]; in the plane xy and about z. Where the drag is known to the step alone (sub-steps, local damping, methods
+  other than these two) the sum of the internal forces, which must vanish likewise. The level has been closed.
+*/
+PetscErrorCode FemBalance(FemModel model, PetscReal value[6])
+{
+  const PetscInt  dim    = model->dim;
+  const PetscBool moving = model->method != FEM_STATIC ? PETSC_TRUE : PETSC_FALSE, inner = (PetscBool)(model->method != FEM_EXPLICIT || model->inner.m > 1 || model->local > 0);
+  const PetscReal h      = model->started ? 0.5 * model->dt_last + 0.5 * model->level_dt : 0.5 * model->level_dt;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(value, 6));
+  for (PetscInt i = 0; i < model->n_own; i++) {
+    PetscReal f[3] = {0, 0, 0}, x[3] = {0, 0, 0};
+
+    for (PetscInt d = 0; d < dim; d++) {
+      const PetscInt k = i * dim + d;
+
+      x[d] = model->x[k];
+      f[d] = model->f_app[k] + model->f_ext[k] + model->reaction[k];
+      if (moving && h > 0) f[d] -= model->mass[i] * ((model->v_next[k] - model->v[k]) / h + model->alpha * (model->started ? 0.5 * (model->v[k] + model->v_next[k]) : model->v[k]));
+      if (moving && (inner || !(h > 0))) f[d] = model->f_int[k];
+    }
+    for (PetscInt d = 0; d < 3; d++) {
+      value[d] += f[d];
+      value[3 + d] += x[(d + 1) % 3] * f[(d + 2) % 3] - x[(d + 2) % 3] * f[(d + 1) % 3];
+    }
+  }
+  PetscCall(FemSum(model, 6, value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Angle [rad] of the rotation in a gradient F = 1 + h: exact in the plane, and in space for a rotation times a stretch along its axis. */
+static PetscReal Angle(PetscInt dim, PetscReal h[3][3])
+{
+  const PetscReal x = h[2][1] - h[1][2], y = h[0][2] - h[2][0], z = h[1][0] - h[0][1];
+
+  if (dim == 2) return PetscAbsReal(PetscAtan2Real(z, 2 + h[0][0] + h[1][1]));
+  return PetscAtan2Real(PetscSqrtReal(x * x + y * y + z * z), 2 + h[0][0] + h[1][1] + h[2][2]);
+}
+
+PetscErrorCode FemModelGetTurn(FemModel model, PetscReal *angle)
+{
+  PetscFunctionBegin;
+  PetscCheck(model && model->ready, PETSC_COMM_SELF, PETSC_ERR_ORDER, "Call FemModelSetUp() first");
+  for (PetscInt c = 0; c < model->n_cells; c++) {
+    const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[c]);
+    const PetscInt  dim   = model->dim;
+    PetscReal       dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], u[FEM_MAX_DOFS], h[3][3] = {{0}}, volume = 0;
+
+    if (!model->own[c]) continue;
+    FemCellGeometry(model, c, dN, w);
+    FemCellGather(model, c, model->u, u);
+    for (PetscInt q = 0; q < shape->points; q++) volume += w[q];
+    for (PetscInt q = 0; q < shape->points; q++)
+      for (PetscInt a = 0; a < shape->nodes; a++)
+        for (PetscInt i = 0; i < dim; i++)
+          for (PetscInt j = 0; j < dim; j++) h[i][j] += w[q] / volume * u[a * dim + i] * dN[(q * shape->nodes + a) * dim + j];
+    model->turn = PetscMax(model->turn, Angle(dim, h));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &model->turn, 1, MPIU_REAL, MPIU_MAX, model->comm));
+  *angle = model->turn;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
