@@ -72,7 +72,8 @@ typedef struct {
   PetscReal   density, young, poisson; /* SI */
   PetscReal   local_damping, mass_damping; /* [-], [1/s] */
   PetscBool   cohesive;
-  DemStrength strength; /* of a cohesive material */
+  DemStrength strength; /* of a material that breaks */
+  DemRule     rule;     /* of its bonds */
 } AppPart;
 
 typedef enum { APP_FEM, APP_DEM, APP_COUPLED } AppMethod;
@@ -182,7 +183,7 @@ typedef struct {
   char        warning[8][512];
 } AppEnd;
 PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary *run, const AppEnd *end, const char *directory);
-PetscErrorCode AppCracksWrite(AppCase *c, const char *directory); /* cracks.csv, where the material can break */
+PetscErrorCode AppCracksWrite(AppCase *c, const char *directory); /* cracks.csv and fragments.csv, where the material can break */
 PetscErrorCode AppVersionsJson(Json *json);
 void           AppVersionPrint(FILE *out);
 

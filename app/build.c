@@ -132,6 +132,7 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   PetscCall(DemModelSetThreads(c->dem, threads));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.material", part->name));
   AppCallAt(c->scene, path, DemModelSetMaterial(c->dem, &material));
+  AppCallAt(c->scene, path, DemModelSetRule(c->dem, &part->rule));
   if (part->cohesive) AppCallAt(c->scene, path, DemModelSetStrength(c->dem, &part->strength));
   PetscCall(DemModelSetLocalDamping(c->dem, part->local_damping));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));

@@ -314,7 +314,9 @@ static PetscErrorCode ReadQuantity(AppCase *c, const char *path, const char *tex
     PetscCall(PetscStrncpy(q->quantity, text, sizeof(q->quantity)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if ((!from || !to) && strcmp(text, "error")) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!strcmp(text, "energies")) PetscFunctionReturn(PETSC_SUCCESS);
+  if ((!strcmp(text, "gauge") || !strcmp(text, "quality")) && c->method != APP_DEM)
+    PetscCall(SceneFail(c->scene, path, "%s is measured on a body of particles alone (method: dem); ask for reactions and displacements of groups", text));
   PetscCall(PetscRealloc((size_t)(c->n_quantities + 1) * sizeof(*c->quantity), &c->quantity));
   q = &c->quantity[c->n_quantities];
   PetscCall(PetscMemzero(q, sizeof(*q)));
@@ -489,7 +491,8 @@ PetscErrorCode AppConditionsApply(AppCase *c)
       continue;
     }
     if (c->method == APP_COUPLED && q->group[0]) PetscCall(AppSideOf(c, q->path, q->group, &particles));
-    if (!particles) AppCallAt(c->scene, q->path, FemModelAddHistory(c->fem, q->quantity, q->group));
+    if (particles && !q->group[0] && strcmp(q->quantity, "error")) AppCallAt(c->scene, q->path, DemModelAddColumns(c->dem, q->quantity));
+    else if (!particles) AppCallAt(c->scene, q->path, FemModelAddHistory(c->fem, q->quantity, q->group));
     else AppCallAt(c->scene, q->path, DemModelAddHistory(c->dem, q->quantity, q->group));
   }
   PetscCall(AppProbesApply(c));

@@ -39,6 +39,17 @@ static PetscErrorCode GetReal(Scene scene, PetscReal *value, const char *format,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A value without default; stays as it is when the user wrote none. */
+static PetscErrorCode GetGiven(Scene scene, PetscReal *value, const char *format, const char *name)
+{
+  PetscBool has;
+
+  PetscFunctionBegin;
+  PetscCall(Has(scene, &has, format, name));
+  if (has) PetscCall(GetReal(scene, value, format, name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- materials ------------------------------------------------------------------------------------------------- */
 
 /* Numbers of a breaking law; the scene's rules have seen to it that they go together. */
@@ -51,16 +62,26 @@ static PetscErrorCode ReadStrength(AppCase *c, AppPart *part)
 
   PetscFunctionBegin;
   PetscCall(GetString(c->scene, &word, "materials.%s.law", part->material));
-  part->cohesive = strcmp(word, "cohesive") ? PETSC_FALSE : PETSC_TRUE;
+  part->cohesive = strcmp(word, "elastic") ? PETSC_TRUE : PETSC_FALSE;
+  s->published   = strcmp(word, "published") ? PETSC_FALSE : PETSC_TRUE;
   if (!part->cohesive) PetscFunctionReturn(PETSC_SUCCESS);
   Path(path, "materials.%s.law", part->material);
   if (c->method == APP_FEM) PetscCall(SceneFail(c->scene, path, "finite elements do not break; use method: dem or coupled for the body '%s'", part->name));
-  PetscCall(GetReal(c->scene, &s->tensile, "materials.%s.tensile_strength", part->material));
-  PetscCall(GetReal(c->scene, &s->fracture_energy, "materials.%s.fracture_energy", part->material));
-  PetscCall(Has(c->scene, &has, "materials.%s.shear_strength", part->material));
-  if (has) {
-    PetscCall(GetReal(c->scene, &s->shear, "materials.%s.shear_strength", part->material));
-    PetscCall(GetReal(c->scene, &s->shear_energy, "materials.%s.fracture_energy_shear", part->material));
+  PetscCall(GetGiven(c->scene, &s->tensile, "materials.%s.tensile_strength", part->material));
+  PetscCall(GetGiven(c->scene, &s->fracture_energy, "materials.%s.fracture_energy", part->material));
+  PetscCall(GetGiven(c->scene, &s->shear, "materials.%s.shear_strength", part->material));
+  PetscCall(GetGiven(c->scene, &s->shear_energy, "materials.%s.fracture_energy_shear", part->material));
+  PetscCall(GetGiven(c->scene, &s->delta_n, "materials.%s.delta_n", part->material));
+  PetscCall(GetGiven(c->scene, &s->delta_s, "materials.%s.delta_s", part->material));
+  PetscCall(GetString(c->scene, &word, "materials.%s.criterion", part->material));
+  s->nonlocal = strcmp(word, "nonlocal") ? PETSC_FALSE : PETSC_TRUE;
+  for (PetscInt b = 0; b < 3; b++) {
+    static const char *const stress[] = {"materials.%s.compression.lcs1", "materials.%s.compression.lcs2", "materials.%s.compression.lcs3"};
+    static const char *const divisor[] = {"materials.%s.compression.yrc1", "materials.%s.compression.yrc2", "materials.%s.compression.yrc3"};
+
+    PetscCall(GetGiven(c->scene, &s->crush[b], stress[b], part->material));
+    PetscCall(GetGiven(c->scene, &s->reduce[b], divisor[b], part->material));
+    if (s->crush[b] > 0) s->n_branches = b + 1;
   }
   PetscCall(GetReal(c->scene, &s->mu_static, "materials.%s.mu_static", part->material));
   PetscCall(GetReal(c->scene, &s->mu_dynamic, "materials.%s.mu_dynamic", part->material));
@@ -72,6 +93,41 @@ static PetscErrorCode ReadStrength(AppCase *c, AppPart *part)
   } else {
     PetscCall(GetString(c->scene, &word, "materials.%s.softening", part->material));
     s->softening = strcmp(word, "exponential") ? DEM_SOFTENING_LINEAR : DEM_SOFTENING_EXPONENTIAL;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The bonds' elastic rule; the scene's rules have seen to it that its numbers belong to it. */
+static PetscErrorCode ReadRule(AppCase *c, AppPart *part)
+{
+  static const char *const words[] = {"exact", "onate2015", "kdem", "given"};
+  DemRule                 *r = &part->rule;
+  const char              *word;
+  char                     path[256];
+  PetscBool                has;
+
+  PetscFunctionBegin;
+  PetscCall(GetString(c->scene, &word, "materials.%s.elasticity", part->material));
+  for (PetscInt k = 0; k < 4; k++)
+    if (!strcmp(word, words[k])) r->elasticity = (DemElasticity)k;
+  Path(path, "materials.%s.elasticity", part->material);
+  if (r->elasticity != DEM_EXACT && c->method == APP_FEM) PetscCall(SceneFail(c->scene, path, "elasticity is the rule of particles' bonds; the body '%s' is made of finite elements, take it out", part->name));
+  if (r->elasticity != DEM_EXACT && c->method == APP_COUPLED) PetscCall(SceneFail(c->scene, path, "a coupled body needs elasticity: exact; the published rules do not balance against finite elements"));
+  PetscCall(GetReal(c->scene, &r->range, "materials.%s.interaction_range", part->material));
+  PetscCall(GetReal(c->scene, &r->area_factor, "materials.%s.area_factor", part->material));
+  PetscCall(GetReal(c->scene, &r->normal_factor, "materials.%s.factor_normal", part->material));
+  PetscCall(GetReal(c->scene, &r->shear_factor, "materials.%s.factor_shear", part->material));
+  PetscCall(GetGiven(c->scene, &r->normal_stiffness, "materials.%s.stiffness_normal", part->material));
+  PetscCall(GetGiven(c->scene, &r->shear_stiffness, "materials.%s.stiffness_shear", part->material));
+  Path(path, "materials.%s.poisson_term", part->material);
+  PetscCall(SceneGetBool(c->scene, path, &r->poisson_term));
+  if (c->method != APP_DEM) PetscFunctionReturn(PETSC_SUCCESS);
+  Path(path, "bodies.%s.dem.pressure_area", part->name);
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (has) {
+    PetscCall(SceneGetString(c->scene, path, &word));
+    r->sphere_pressure = strcmp(word, "sphere") ? PETSC_FALSE : PETSC_TRUE;
+    if (r->sphere_pressure && r->elasticity == DEM_EXACT) PetscCall(SceneFail(c->scene, path, "pressure_area: sphere belongs to the published rules; with elasticity: exact pressure acts on facets"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -100,6 +156,7 @@ static PetscErrorCode ReadMaterial(AppCase *c, AppPart *part)
   if (part->mass_damping != c->part[0].mass_damping) {
     PetscCall(SceneFail(c->scene, path, "mass damping is one number for all finite elements for now; '%s' and '%s' give two", c->part[0].material, part->material));
   }
+  PetscCall(ReadRule(c, part));
   PetscCall(ReadStrength(c, part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,7 @@
 /* new.c - `cleave new KIND [FILE]`: commented scenes to start from. */
 #include "app.h"
 #include "files.h"
+#include "new.h"
 #include <string.h>
 #include <unistd.h>
 
@@ -28,36 +29,20 @@ static const char elastic[] =
   "  history: {quantities: [reaction(xmin), displacement(xmax)]}\n"
   "  fields: {names: [displacement, stress]}\n";
 
-static const char ucs[] =
-  "# A cylinder of bonded particles between smooth platens, pressed slowly: E and nu come out of the history.\n"
-  "# The material is elastic: failure laws are not covered yet (docs/not-yet.md). docs/scene.md lists every key.\n"
-  "title: Uniaxial compression, elastic\n"
-  "time:\n"
-  "  end: 1 ms\n"
-  "  safety: 0.9              # of the largest stable step\n"
-  "materials:\n"
-  "  rock: {density: 2500 kg/m3, young: 30 GPa, poisson: 0.2, local_damping: 0.1}\n"
-  "bodies:\n"
-  "  sample:\n"
-  "    geometry:\n"
-  "      cylinder: {radius: 25 mm, height: 100 mm}   # axis z; groups: bottom top side\n"
-  "    method: dem\n"
-  "    material: rock\n"
-  "    dem:\n"
-  "      packing: {radius: 3 mm, spread: 0.2, seed: 1}\n"
-  "conditions:\n"
-  "  - {group: bottom, fix: z}                        # smooth: the face slides on its platen\n"
-  "  - {group: top, velocity: {z: {ramp: {to: -20 mm/s, over: 0.5 ms}}}}\n"
-  "output:\n"
-  "  history: {every: 10 us, quantities: [reaction(top), displacement(top)]}\n"
-  "  fields: {every: 0.5 ms, names: [displacement, stress]}\n"
-  "  plots:\n"
-  "    - {x: displacement(top).z, y: reaction(top).z}\n";
-
 static const struct {
-  const char *name, *text;
+  const char *name, *text, *beside, *beside_text; /* beside: a file the scene needs, written next to it */
 } kinds[] = {
-  {"elastic", elastic}, {"ucs", ucs}, {"triaxial", NULL}, {"brazilian", NULL}, {"hydrostatic", NULL}, {"direct-tension", NULL}, {"notched-beam", NULL}, {"cutting", NULL}, {"wave", NULL},
+  {"elastic", elastic, NULL, NULL},
+  {"ucs", AppNewUcs, NULL, NULL},
+  {"triaxial", AppNewTriaxial, NULL, NULL},
+  {"hydrostatic", AppNewHydrostatic, NULL, NULL},
+  {"compaction", AppNewCompaction, NULL, NULL},
+  {"brazilian", AppNewBrazilian, NULL, NULL},
+  {"direct-tension", AppNewTension, NULL, NULL},
+  {"bending", AppNewBending, "bending.geo", AppNewBendingGeo},
+  {"notched-beam", NULL, NULL, NULL},
+  {"cutting", NULL, NULL, NULL},
+  {"wave", NULL, NULL, NULL},
 };
 enum { N_KINDS = sizeof(kinds) / sizeof(kinds[0]) };
 
@@ -77,23 +62,36 @@ static PetscErrorCode Write(const char *text, const char *file)
 PetscErrorCode AppNew(const AppOptions *options, int *exit_code)
 {
   const char *names[N_KINDS], *near;
+  char        all[256] = "";
+  size_t      n        = 0;
   int         k = 0;
   PetscMPIInt rank;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
-  BaseCheckInput(options->n_words == 1 || options->n_words == 2, PETSC_COMM_WORLD, "cleave new KIND [FILE]; kinds: elastic, ucs");
+  for (int j = 0; j < N_KINDS; j++)
+    if (kinds[j].text) n += snprintf(all + n, sizeof(all) - n, "%s%s", n ? ", " : "", kinds[j].name);
+  BaseCheckInput(options->n_words == 1 || options->n_words == 2, PETSC_COMM_WORLD, "cleave new KIND [FILE]; kinds: %s", all);
   for (int j = 0; j < N_KINDS; j++) names[j] = kinds[j].name;
   while (k < N_KINDS && strcmp(names[k], options->word[0])) k++;
   if (k == N_KINDS) {
     near = BaseNearest(options->word[0], N_KINDS, names);
     BaseCheckInput(!near, PETSC_COMM_WORLD, "no kind of scene '%s'; did you mean %s?", options->word[0], near);
-    SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_USER_INPUT, "no kind of scene '%s'; there is elastic, ucs", options->word[0]);
+    SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_USER_INPUT, "no kind of scene '%s'; there is %s", options->word[0], all);
   }
-  BaseCheckInput(kinds[k].text, PETSC_COMM_WORLD, "a scene of kind %s is not covered yet, see docs/not-yet.md; there is elastic, ucs", kinds[k].name);
+  BaseCheckInput(kinds[k].text, PETSC_COMM_WORLD, "a scene of kind %s is not covered yet, see docs/not-yet.md; there is %s", kinds[k].name, all);
   *exit_code = 0;
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
   if (options->n_words == 1) fputs(kinds[k].text, stdout);
-  else PetscCall(Write(kinds[k].text, options->word[1]));
+  else {
+    if (kinds[k].beside) {
+      const char *slash = strrchr(options->word[1], '/');
+      char        path[PETSC_MAX_PATH_LEN];
+
+      PetscCall(BaseFormat(path, "%.*s%s", slash ? (int)(slash - options->word[1] + 1) : 0, options->word[1], kinds[k].beside));
+      PetscCall(Write(kinds[k].beside_text, path));
+    }
+    PetscCall(Write(kinds[k].text, options->word[1]));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

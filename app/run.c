@@ -247,6 +247,23 @@ static PetscErrorCode WarnTurn(AppCase *c, AppEnd *end)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A test that asked for its quasi-static quality, and was too fast for it. */
+static PetscErrorCode WarnOfHaste(AppCase *c, AppEnd *end)
+{
+  const PetscReal most_unbalanced = 0.1, most_kinetic = 0.05; /* docs/theory.md (4.71) */
+  PetscReal       unbalanced = -1, kinetic = -1;
+
+  PetscFunctionBegin;
+  if (c->dem) PetscCall(DemModelGetQuality(c->dem, &unbalanced, &kinetic));
+  if (unbalanced <= most_unbalanced && kinetic <= most_kinetic) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(BaseFormat(end->warning[end->n_warnings],
+                       "loaded too fast to be called quasi-static: at the largest strain energy the unbalanced ratio is %.2g (good below %.2g) and kinetic / strain energy %.2g (good below %.2g); load more slowly, or raise local_damping",
+                       (double)unbalanced, (double)most_unbalanced, (double)kinetic, (double)most_kinetic));
+  if (!c->rank) fprintf(stderr, "warning: %s\n", end->warning[end->n_warnings]);
+  end->n_warnings++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
 {
   AppCase        c;
@@ -296,6 +313,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   if (options->resume) PetscCall(SceneWriteResolved(c.scene, path));
   PetscCall(AppCracksWrite(&c, directory));
   if (!code) PetscCall(WarnTurn(&c, &end));
+  if (!code) PetscCall(WarnOfHaste(&c, &end));
   if (!options->no_plots) PetscCall(Plots(&c, directory, &end));
   PetscCall(AppSummaryWrite(&c, &plan, &run, &end, directory));
   if (!options->quiet && !c.rank) printf("%s: results in %s\n", end.state, directory);

@@ -33,11 +33,16 @@ PetscErrorCode SceneDefaultNode(Scene scene, const SceneKey *row, SceneNode pare
 /* A default that means nothing beside what the user chose. */
 static PetscBool IsIdle(SceneNode parent, const SceneKey *row)
 {
-  const char *name = SceneKeyName(row);
+  const char     *name = SceneKeyName(row);
+  const SceneNode law = SceneNodeChild(parent, "law"), rule = SceneNodeChild(parent, "elasticity");
 
   if (!strcmp(name, "length_unit")) return (PetscBool)(SceneNodeChild(parent, "geometry") && SceneNodeChild(parent, "geometry")->kind == NODE_MAP);
   if (!strcmp(name, "spread") || !strcmp(name, "seed")) return (PetscBool)(SceneNodeChild(parent, "file") != NULL);
-  if (!strcmp(name, "softening") || !strncmp(name, "mu_", 3)) return (PetscBool)!SceneNodeIs(SceneNodeChild(parent, "law"), "cohesive");
+  if (!strcmp(name, "softening")) return (PetscBool)!SceneNodeIs(law, "cohesive");
+  if (!strcmp(name, "criterion") || !strncmp(name, "mu_", 3)) return (PetscBool) !(SceneNodeIs(law, "cohesive") || SceneNodeIs(law, "published"));
+  if (!strcmp(name, "interaction_range") || !strcmp(name, "area_factor")) return (PetscBool) !(SceneNodeIs(rule, "onate2015") || SceneNodeIs(rule, "given"));
+  if (!strncmp(name, "factor_", 7)) return (PetscBool) !(SceneNodeIs(rule, "onate2015") || SceneNodeIs(rule, "kdem"));
+  if (!strcmp(name, "poisson_term")) return (PetscBool)!SceneNodeIs(rule, "kdem");
   return PETSC_FALSE;
 }
 

@@ -140,18 +140,71 @@ static PetscErrorCode CheckBody(Scene scene, SceneNode body)
 /* A breaking law and its numbers go together. */
 static PetscErrorCode CheckStrength(Scene scene, SceneNode material)
 {
-  static const char *const numbers[] = {"tensile_strength", "fracture_energy", "shear_strength", "fracture_energy_shear", "mu_static", "mu_dynamic", "softening"};
+  static const char *const numbers[] = {"tensile_strength", "fracture_energy", "shear_strength", "fracture_energy_shear", "mu_static", "mu_dynamic", "softening", "criterion"};
+  static const char *const published[] = {"delta_n", "delta_s", "compression"};
   const SceneNode          law = SceneNodeChild(material, "law"), shear = SceneNodeChild(material, "shear_strength"), shear_energy = SceneNodeChild(material, "fracture_energy_shear");
-  const PetscBool          breaks = SceneNodeIs(law, "cohesive");
+  const PetscBool          cohesive = SceneNodeIs(law, "cohesive"), springs = SceneNodeIs(law, "published");
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < 7; k++) {
+  for (PetscInt k = 0; k < 8; k++) {
     const SceneNode number = SceneNodeChild(material, numbers[k]);
 
-    if (breaks && k < 2 && !number) PetscCall(SceneFaultKey(scene, law, "law: cohesive needs %s; add it, e.g. %s: %s", numbers[k], numbers[k], k ? "143 J/m2" : "3 MPa"));
-    if (!breaks && number && number->row && !(number->row->flags & SCENE_LATER)) PetscCall(SceneFaultKey(scene, number, "%s acts with law: cohesive only; add that or take it out", numbers[k]));
+    if (cohesive && k < 2 && !number) PetscCall(SceneFaultKey(scene, law, "law: cohesive needs %s; add it, e.g. %s: %s", numbers[k], numbers[k], k ? "143 J/m2" : "3 MPa"));
+    if (springs && k == 6 && number) PetscCall(SceneFaultKey(scene, number, "softening belongs to law: cohesive; law: published softens along a straight line"));
+    if (!cohesive && !springs && number && number->row && !(number->row->flags & SCENE_LATER)) PetscCall(SceneFaultKey(scene, number, "%s acts with law: cohesive or published only; add that or take it out", numbers[k]));
   }
-  if (breaks && !shear != !shear_energy) PetscCall(SceneFaultKey(scene, shear ? shear : shear_energy, "shear_strength and fracture_energy_shear go together; give both or neither"));
+  for (PetscInt k = 0; k < 3; k++)
+    if (!springs && SceneNodeChild(material, published[k])) PetscCall(SceneFaultKey(scene, SceneNodeChild(material, published[k]), "%s acts with law: published only; add that or take it out", published[k]));
+  if (cohesive && !shear != !shear_energy) PetscCall(SceneFaultKey(scene, shear ? shear : shear_energy, "shear_strength and fracture_energy_shear go together; give both or neither"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Exactly one of two softening numbers beside a strength, under law: published. */
+static PetscErrorCode CheckEnd(Scene scene, SceneNode material, const char *strength, const char *delta, const char *energy)
+{
+  const SceneNode s = SceneNodeChild(material, strength), d = SceneNodeChild(material, delta), e = SceneNodeChild(material, energy);
+
+  PetscFunctionBegin;
+  if (s && !d == !e) PetscCall(SceneFaultKey(scene, s, "%s of law: published needs one of %s and %s; %s", strength, delta, energy, d ? "take one out" : "add one"));
+  if (!s && (d || e)) PetscCall(SceneFaultKey(scene, d ? d : e, "%s goes with %s; add that or take it out", d ? delta : energy, strength));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The bonds' rule, its own numbers, and the law it can carry. */
+static PetscErrorCode CheckElasticity(Scene scene, SceneNode material)
+{
+  static const struct {
+    const char *key, *rules;
+  } own[] = {{"interaction_range", "onate2015 given"}, {"area_factor", "onate2015 given"}, {"factor_normal", "onate2015 kdem"}, {"factor_shear", "onate2015 kdem"},
+             {"stiffness_normal", "given"},           {"stiffness_shear", "given"},       {"poisson_term", "kdem"}};
+  static const char *const stiffness[] = {"stiffness_normal", "stiffness_shear"};
+  const SceneNode          rule = SceneNodeChild(material, "elasticity"), law = SceneNodeChild(material, "law"), compression = SceneNodeChild(material, "compression");
+  const char              *name = rule && rule->kind == NODE_TEXT && rule->good ? rule->text : "exact";
+
+  PetscFunctionBegin;
+  if (rule && !rule->good) PetscFunctionReturn(PETSC_SUCCESS);
+  for (size_t k = 0; k < sizeof(own) / sizeof(own[0]); k++)
+    if (SceneNodeChild(material, own[k].key) && !strstr(own[k].rules, name)) PetscCall(SceneFaultKey(scene, SceneNodeChild(material, own[k].key), "%s belongs to elasticity: %s, and here it is %s; take it out", own[k].key, own[k].rules, name));
+  for (PetscInt k = 0; k < 2; k++)
+    if (!strcmp(name, "given") && !SceneNodeChild(material, stiffness[k])) PetscCall(SceneFaultKey(scene, rule, "elasticity: given needs %s; add it, e.g. %s: 10 MN/m", stiffness[k], stiffness[k]));
+  if (!strcmp(name, "exact") && SceneNodeIs(law, "published")) PetscCall(SceneFaultValue(scene, law, "law: published breaks springs; with elasticity: exact write law: cohesive, or choose elasticity: onate2015, kdem or given"));
+  if (strcmp(name, "exact") && SceneNodeIs(law, "cohesive")) PetscCall(SceneFaultValue(scene, law, "law: cohesive breaks the facets of elasticity: exact; with %s write law: published", name));
+  if (SceneNodeIs(law, "published")) {
+    PetscCall(CheckEnd(scene, material, "tensile_strength", "delta_n", "fracture_energy"));
+    PetscCall(CheckEnd(scene, material, "shear_strength", "delta_s", "fracture_energy_shear"));
+    if (!SceneNodeChild(material, "tensile_strength") && !SceneNodeChild(material, "shear_strength")) PetscCall(SceneFaultKey(scene, law, "law: published needs tensile_strength or shear_strength; add one, e.g. tensile_strength: 3 MPa"));
+  }
+  if (compression && compression->kind == NODE_MAP) {
+    const char *const stress[] = {"lcs1", "lcs2", "lcs3"}, *const divisor[] = {"yrc1", "yrc2", "yrc3"};
+
+    for (PetscInt k = 1; k < 3; k++) {
+      const SceneNode s = SceneNodeChild(compression, stress[k]), d = SceneNodeChild(compression, divisor[k]), before = SceneNodeChild(compression, stress[k - 1]);
+
+      if (!s != !d) PetscCall(SceneFaultKey(scene, s ? s : d, "%s and %s go together; give both or neither", stress[k], divisor[k]));
+      if (s && !before) PetscCall(SceneFaultKey(scene, s, "%s without %s; branches are given in order", stress[k], stress[k - 1]));
+      if (s && s->good && before && before->good && s->value <= before->value) PetscCall(SceneFaultValue(scene, s, "%s is not above %s; the branches' stresses must rise", stress[k], stress[k - 1]));
+    }
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -357,7 +410,7 @@ static PetscErrorCode CheckQuantity(Scene scene, SceneNode node)
 /* Fields that only one method has; asked of the other they would be missing in silence. */
 static PetscErrorCode CheckField(Scene scene, SceneNode node, SceneNode bodies)
 {
-  const PetscBool of_dem = (PetscBool)(SceneNodeIs(node, "rotation") || SceneNodeIs(node, "damage")), of_fem = (PetscBool)(SceneNodeIs(node, "reaction") || SceneNodeIs(node, "von_mises") || SceneNodeIs(node, "principal_stress") || SceneNodeIs(node, "error") || SceneNodeIs(node, "element_stress") || SceneNodeIs(node, "element_strain"));
+  const PetscBool of_dem = (PetscBool)(SceneNodeIs(node, "rotation") || SceneNodeIs(node, "damage") || SceneNodeIs(node, "criterion") || SceneNodeIs(node, "coordination") || SceneNodeIs(node, "fragment") || SceneNodeIs(node, "bonds")), of_fem = (PetscBool)(SceneNodeIs(node, "reaction") || SceneNodeIs(node, "von_mises") || SceneNodeIs(node, "principal_stress") || SceneNodeIs(node, "error") || SceneNodeIs(node, "element_stress") || SceneNodeIs(node, "element_strain"));
 
   PetscFunctionBegin;
   if (!(of_dem || of_fem) || !bodies || bodies->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
@@ -398,7 +451,10 @@ PetscErrorCode SceneRules(Scene scene)
     for (SceneNode condition = conditions->first; condition; condition = condition->next) PetscCall(CheckCondition(scene, condition, i++));
   PetscCall(CheckTools(scene, SceneNodeChild(root, "tools"), bodies));
   if (materials && materials->kind == NODE_MAP)
-    for (SceneNode material = materials->first; material; material = material->next) PetscCall(CheckStrength(scene, material));
+    for (SceneNode material = materials->first; material; material = material->next) {
+      PetscCall(CheckStrength(scene, material));
+      PetscCall(CheckElasticity(scene, material));
+    }
   if (fields) {
     PetscCall(CheckField(scene, fields, bodies));
     for (SceneNode item = fields->first; item; item = item->next) PetscCall(CheckField(scene, item, bodies));

@@ -29,6 +29,7 @@ static const struct {
   {"1/s",      "a rate",                                "10 1/s"    },
   {"rad/s",    "an angular velocity",                   "2 rad/s"   },
   {"kg m/s",   "a momentum",                            "1 kg m/s"  },
+  {"N/m",      "a stiffness",                           "10 MN/m"   },
   {"N/m3",     "a force per volume",                    "10 kN/m3"  },
   {"K",        "a temperature",                         "293 K"     },
   {"A",        "an electric current",                   "1 A"       },

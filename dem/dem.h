@@ -18,6 +18,18 @@ typedef struct {
   PetscReal poisson; /* [-] in (-1, 1/2) */
 } DemMaterial;
 
+/* The bonds' elastic rule. All but `exact` are springs between centres, k_n and k_s = k_n/2(1+nu).  Eqs (4.40)-(4.49) */
+typedef enum { DEM_EXACT, DEM_ONATE2015, DEM_KDEM, DEM_GIVEN } DemElasticity;
+typedef struct {
+  DemElasticity elasticity;
+  PetscReal     range;                            /* onate2015, given: bonded when the gap is within +- range (r_p + r_q) */
+  PetscReal     area_factor;                      /* onate2015, given: alpha of the circle's area; 0 = 40 P/N_c of the packing */
+  PetscReal     normal_factor, shear_factor;      /* onate2015, kdem: on k_n and k_s */
+  PetscReal     normal_stiffness, shear_stiffness; /* given: [N/m] */
+  PetscBool     poisson_term;                     /* kdem: lateral stress of an earlier step acts along the bond; derives from no energy */
+  PetscBool     sphere_pressure;                  /* a pressed particle takes p pi r^2 (2D: 2 p r t) at its centre, not p times its facet */
+} DemRule;
+
 /* Arrays on loan; valid until DemModelRestoreState(). Component-major, a[c*n + p], in the model's own order. */
 typedef struct {
   PetscInt         dim, n;
@@ -61,6 +73,9 @@ PetscErrorCode DemModelSetKind(DemModel model, DemKind kind);
 PetscErrorCode DemModelSetThreads(DemModel model, PetscInt threads);
 PetscErrorCode DemModelSetMaterial(DemModel model, const DemMaterial *material);
 PetscErrorCode DemModelSetStrength(DemModel model, const DemStrength *strength); /* without it bonds never break */
+PetscErrorCode DemModelSetRule(DemModel model, const DemRule *rule); /* before set-up; default: exact */
+/* Particles bond within a group only; facets between two groups push and rub. group [packing's order]; needs a strength. */
+PetscErrorCode DemModelSetGroups(DemModel model, const PetscInt group[]);
 PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPacking *packing, const DemCells *cells); /* copies */
 PetscErrorCode DemModelSetBreakable(DemModel model, const PetscBool breakable[]); /* [facets of the cells]; default: all */
 /* For a coupling, before set-up: weight of each particle's mass and of its volumetric energy [packing's order], of each facet's pair energy. */
@@ -94,6 +109,12 @@ PetscErrorCode DemModelAddPlane(DemModel model, const char *name, const DemPlane
 /* "reaction" of a face, "displacement" (mean of a face), "velocity"; of a tool also "force", "torque", "work". One column per component. */
 PetscErrorCode DemModelAddHistory(DemModel model, const char *quantity, const char *group);
 PetscErrorCode DemModelGetGroupMiddle(DemModel model, const char *group, PetscReal middle[3]); /* [m] area mean of a face, a tool's centre; at rest */
+
+/* Columns that belong to no group: "gauge" (mean stress and strain of the middle half of the body's longest axis, and the secant
+   modulus and Poisson's ratio along it), "quality" (unbalanced force ratio, kinetic / strain energy).  Eqs (4.70), (4.71) */
+PetscErrorCode DemModelAddColumns(DemModel model, const char *quantity);
+/* The two of "quality" at the row of largest strain energy so far; -1 without the columns. */
+PetscErrorCode DemModelGetQuality(DemModel model, PetscReal *unbalanced, PetscReal *kinetic);
 
 PetscErrorCode DemModelSetUp(DemModel model);
 PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt); /* power iteration, 1 % */
@@ -133,5 +154,18 @@ PetscErrorCode DemModelAdvance(DemModel model, PetscReal t, PetscReal dt);
 PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt);
 
 PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks);
+/* One row per bond, on loan until the next call. */
+typedef struct {
+  PetscInt             n;
+  const PetscInt      *p, *q;     /* [n] packing's numbers */
+  const PetscReal     *sigma, *tau; /* [n] normal stress, tension positive, and size of the shear stress, over the bond's area [Pa] */
+  const PetscReal     *damage;    /* [n] 1 = broken */
+  const PetscReal     *criterion; /* [n] 0 unloaded, 1 at its strength, softening or broken; 0 where the material does not break.  Eq. (4.63) */
+  const unsigned char *state;     /* [n] 0 intact, 1 softening, 2 broken, 3 parted, or of two groups */
+} DemBondList;
+
+PetscErrorCode DemModelGetBonds(DemModel model, DemBondList *list);
+/* Parts that bonds still hold together: fragment [packing's order] of each particle, 0 the heaviest. Returns how many. */
+PetscErrorCode DemModelGetFragments(DemModel model, PetscInt *n, PetscInt fragment[]);
 PetscErrorCode DemModelGetFacet(DemModel model, PetscInt facet, PetscReal at[3], PetscReal normal[3], PetscReal *area); /* at rest: centroid [m], unit normal, [m2] */
 PetscErrorCode DemModelDestroy(DemModel *model);

@@ -294,7 +294,8 @@ static PetscBool Stale(DemModel model)
   if (model->crack.damage && model->crack.steps % DEM_STRESS_EVERY == 0) { /* no hurry: what is newly broken is still joined to its neighbours */
     PetscInt broken = 0;
 
-    for (PetscInt b = 0; b < model->blocks.n_blocks; b++)
+    for (PetscInt e = 0; e < model->bonds.n && model->net; e++) broken += model->crack.damage[e] >= DEM_CONTACT_BROKEN; /* springs keep no list */
+    for (PetscInt b = 0; b < model->blocks.n_blocks && !model->net; b++)
       for (PetscInt l = 0; l < model->crack.n_live[b]; l++) broken += model->crack.damage[model->crack.live[model->blocks.bond[b] + l]] >= DEM_CONTACT_BROKEN;
     return (PetscBool)(broken != c->broken);
   }

@@ -5,7 +5,7 @@
   time: D is advanced after the force pass with the sums of the same positions, the bond's force is cut by what D has grown,
   and a closed, broken part pushes. Blocks without a live bond never come here.
 */
-#include "dem_impl.h"
+#include "dem_rule.h"
 #include <math.h>
 #include <omp.h>
 
@@ -141,12 +141,19 @@ static void Damage(DemModel model, PetscInt wide, PetscInt k, const PetscReal *c
       }
     }
   }
-  if (strength->shear > 0) {
+  if (strength->shear > 0 && (!crack->limit || crack->limit[k] != 0)) {
     const PetscReal tn = Dot3(t, bond->n);
-    PetscReal       ts = 0, now;
+    PetscReal       ts = 0, load, now;
 
     for (PetscInt c = 0; c < 3; c++) ts += PetscSqr(t[c] - tn * bond->n[c]);
-    now = DemDamageShear(strength, G, d, (PetscSqrtReal(ts) + strength->mu_static * tn) / strength->shear);
+    load = PetscSqrtReal(ts) + strength->mu_static * tn;
+    if (crack->limit) { /* softens from what it carries at the onset.  Eq. (4.65) */
+      DemStrength own = *strength;
+
+      if (crack->limit[k] < 0) crack->limit[k] = PetscMin(strength->shear, PetscMax(load, DEM_SMALLEST_COSINE * strength->shear));
+      own.shear = crack->limit[k];
+      now       = DemDamageShear(&own, G, d, load / own.shear);
+    } else now = DemDamageShear(strength, G, d, load / strength->shear);
     if (now > D) {
       D    = now;
       mode = DEM_BOND_SHEAR;
@@ -216,6 +223,12 @@ PetscBool DemCrackClosed_Internal(DemModel model, PetscInt e)
   const PetscInt  n = model->n, p = bonds->p[e], q = bonds->q[e];
   PetscReal       ra[3] = {0}, rb[3] = {0}, y[3] = {0}, ta[3], tb[3], tn[3], normal = 0;
 
+  if (model->net) {
+    DemPairForce now;
+
+    DemPairNow_Internal(model, e, &now);
+    return (PetscBool)(now.normal < 0);
+  }
   for (PetscInt c = 0; c < model->dim; c++) {
     ra[c] = bonds->arm[c * bonds->n + e];
     y[c]  = model->x0[c * n + q] - model->x0[c * n + p];
@@ -416,12 +429,19 @@ static void BlockLook(DemModel model, PetscInt b)
     if (crack->state[k] & DEM_BOND_KEPT) continue;
     if (crack->damage[k] > 0) {
       live[n_live++] = k;
-      continue;
+      if (!crack->limit || crack->limit[k] != 0) continue;
     }
     for (PetscInt c = 0; c < 6; c++) {
       s[c] = (crack->stress[6 * p + c] + crack->stress[6 * q + c]) / volume;
       norm += (c < 3 ? 1 : 2) * s[c] * s[c];
     }
+    if (crack->limit && crack->limit[k] == 0) {
+      PetscReal value[3];
+
+      DemPrincipalValues(model->dim, s, value);
+      if (DemMohrCoulomb(value, model->strength.mu_static, model->strength.shear) >= 1) crack->limit[k] = -1;
+    }
+    if (crack->damage[k] > 0) continue;
     norm            = PetscSqrtReal(norm);
     if (!(crack->state[k] & DEM_BOND_WATCHED)) crack->release[k] = 0;
     crack->state[k] = 0;
@@ -482,15 +502,16 @@ PetscErrorCode DemSetUpCracks_Internal(DemModel model)
   PetscReal          longest = 0, tension, shear;
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < m; k++) {
+  if (model->net) PetscCall(DemRuleCheckLaw_Internal(model));
+  for (PetscInt k = 0; k < m && !model->net; k++) {
     PetscReal d = 0;
 
     if (model->breakable && !model->breakable[model->bonds.facet[k]]) continue;
     for (PetscInt c = 0; c < model->dim; c++) d += PetscSqr(model->x0[c * n + model->bonds.q[k]] - model->x0[c * n + model->bonds.p[k]]);
     longest = PetscMax(longest, PetscSqrtReal(d));
   }
-  tension = s->tensile > 0 ? DemSofteningLongest(s, model->g_shear) : PETSC_MAX_REAL;
-  shear   = s->shear > 0 ? DemShearLongest(s, model->g_shear) : PETSC_MAX_REAL;
+  tension = s->tensile > 0 && !model->net ? DemSofteningLongest(s, model->g_shear) : PETSC_MAX_REAL;
+  shear   = s->shear > 0 && !model->net ? DemShearLongest(s, model->g_shear) : PETSC_MAX_REAL;
   BaseCheckInput(longest < tension, model->comm, "The particles are too far apart for the softening curve: the longest bond is %g mm, the curve allows %g mm (smaller particles, or a larger fracture_energy)",
                  1e3 * (double)longest, 1e3 * (double)tension);
   BaseCheckInput(longest < shear, model->comm, "The particles are too far apart for the shear softening: the longest bond is %g mm, the curve allows %g mm (smaller particles, or a larger fracture_energy_shear)",
@@ -500,9 +521,15 @@ PetscErrorCode DemSetUpCracks_Internal(DemModel model)
   PetscCall(PetscCalloc3(m, &model->bonds.now, m, &crack->live, model->blocks.n_blocks, &crack->n_live));
   PetscCall(PetscArraycpy(model->bonds.now, model->bonds.k, m));
   PetscCall(PetscArrayzero(crack->n_live, model->blocks.n_blocks));
-  if (model->breakable)
-    for (PetscInt k = 0; k < m; k++)
-      if (!model->breakable[model->bonds.facet[k]]) crack->state[k] = DEM_BOND_KEPT;
+  if (s->nonlocal && s->shear > 0 && !model->net) PetscCall(PetscCalloc1(m, &crack->limit));
+  for (PetscInt k = 0; k < m; k++) {
+    if (model->breakable && model->bonds.facet[k] >= 0 && !model->breakable[model->bonds.facet[k]]) crack->state[k] = DEM_BOND_KEPT;
+    if (model->group && model->group[model->at[model->bonds.p[k]]] != model->group[model->at[model->bonds.q[k]]]) { /* broken from the start */
+      crack->damage[k] = 1;
+      crack->state[k]  = DEM_BOND_APART;
+      model->bonds.now[k] = 0;
+    }
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -514,6 +541,7 @@ PetscErrorCode DemCracksDestroy_Internal(DemModel model)
   PetscCall(PetscFree7(crack->damage, crack->e, crack->slip, crack->work, crack->rub, crack->time, crack->release));
   PetscCall(PetscFree6(crack->state, crack->awake, crack->stress, crack->slot_stress, crack->slot_v, crack->volume));
   if (crack->live) PetscCall(PetscFree3(model->bonds.now, crack->live, crack->n_live));
+  PetscCall(PetscFree(crack->limit));
   PetscCall(PetscFree(crack->facet));
   for (PetscInt c = 0; c < 7; c++) PetscCall(PetscFree(crack->list[c]));
   PetscCall(PetscFree(crack->mode));
@@ -528,7 +556,7 @@ PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks)
   PetscFunctionBegin;
   PetscCall(PetscMemzero(cracks, sizeof(*cracks)));
   if (!crack->damage) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < model->bonds.n; k++) n += crack->damage[k] > 0;
+  for (PetscInt k = 0; k < model->bonds.n; k++) n += crack->damage[k] > 0 && model->bonds.facet[k] >= 0 && !(crack->state[k] & DEM_BOND_APART);
   PetscCall(PetscFree(crack->facet));
   PetscCall(PetscFree(crack->mode));
   for (PetscInt c = 0; c < 7; c++) PetscCall(PetscFree(crack->list[c]));
@@ -542,7 +570,7 @@ PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks)
     const PetscReal D = crack->damage[k];
     PetscReal       ra[3] = {0}, rb[3] = {0}, y[3] = {0}, ta[3], tb[3], gap[3] = {0}, normal = 0, slide = 0, d = 0, along = 0;
 
-    if (D <= 0) continue;
+    if (D <= 0 || bonds->facet[k] < 0 || (crack->state[k] & DEM_BOND_APART)) continue;
     for (PetscInt c = 0; c < model->dim; c++) {
       ra[c] = bonds->arm[c * bonds->n + k];
       y[c]  = model->x0[c * model->n + q] - model->x0[c * model->n + p];
@@ -565,7 +593,7 @@ PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks)
     crack->list[0][n] = crack->time[k];
     crack->list[1][n] = D;
     crack->list[2][n] = D;
-    if ((crack->state[k] & DEM_BOND_TENSION) && D < 1) { /* s from D by the series: t(w) = (1-D) s, t(w) + k w = s */
+    if (!model->net && (crack->state[k] & DEM_BOND_TENSION) && D < 1) { /* s from D by the series: t(w) = (1-D) s, t(w) + k w = s */
       const PetscReal kk = 2 * model->g_shear / (PetscAbsReal(along) * d);
       PetscReal       low = model->strength.tensile, high = 1e6 * model->strength.tensile;
 

@@ -64,3 +64,22 @@ PetscReal DemShearLongest(const DemStrength *s, PetscReal g_shear)
 {
   return 4 * g_shear * s->shear_energy / PetscSqr(s->shear);
 }
+
+void DemPrincipalValues(PetscInt dim, const PetscReal s[6], PetscReal value[3])
+{
+  if (dim == 2) {
+    const PetscReal mean = 0.5 * (s[0] + s[1]), half = 0.5 * (s[0] - s[1]), radius = PetscSqrtReal(half * half + s[3] * s[3]);
+
+    value[0] = mean + radius;
+    value[1] = value[2] = mean - radius;
+    return;
+  }
+  const PetscReal mean = (s[0] + s[1] + s[2]) / 3, x = s[0] - mean, y = s[1] - mean, z = s[2] - mean;
+  const PetscReal second = 0.5 * (x * x + y * y + z * z) + s[3] * s[3] + s[4] * s[4] + s[5] * s[5], radius = 2 * PetscSqrtReal(second / 3); /* J2 */
+  const PetscReal third = x * y * z + 2 * s[3] * s[4] * s[5] - x * s[4] * s[4] - y * s[5] * s[5] - z * s[3] * s[3];
+  const PetscReal cosine = radius > 0 ? PetscMax(-1, PetscMin(1, 4 * third / (radius * radius * radius))) : 1, angle = PetscAcosReal(cosine) / 3;
+
+  value[0] = mean + radius * PetscCosReal(angle);
+  value[1] = mean + radius * PetscCosReal(angle - 2 * PETSC_PI / 3);
+  value[2] = mean + radius * PetscCosReal(angle + 2 * PETSC_PI / 3);
+}

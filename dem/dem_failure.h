@@ -1,7 +1,7 @@
 /*
-  dem_failure.h - how a facet of the `exact` rule breaks: pure functions of one bond.  Eqs (4.20)-(4.28), docs/theory.md
+  dem_failure.h - how a bond breaks: pure functions of one bond.  Eqs (4.20)-(4.28), (4.50)-(4.62), docs/theory.md
 
-  A facet keeps the fraction 1 - D of itself. The facet's own spring is in series with the crack: its total traction t~
+  Cohesive law (the `exact` rule): a facet keeps the fraction 1 - D of itself. The facet's own spring is in series with the crack: its total traction t~
   (what the whole facet would carry) rules D so that the carried part follows the softening curve.
 */
 #pragma once
@@ -20,6 +20,12 @@ typedef struct {
   PetscReal    shear_energy;    /* [J/m2] G_II */
   PetscReal    mu_static;       /* [-] raises the shear strength under compression */
   PetscReal    mu_dynamic;      /* [-] of broken, closed facets */
+  PetscBool    nonlocal;        /* onset by the mean stress of the two particles: in shear, and under the published law in tension too */
+  /* Published law (rules other than `exact`) */
+  PetscBool    published;
+  PetscReal    delta_n, delta_s;    /* [-] (end - limit) / limit of elongation, of slide; 0 = from fracture_energy, shear_energy */
+  PetscInt     n_branches;          /* of compression beyond the elastic one, 0 to 3 */
+  PetscReal    crush[3], reduce[3]; /* stress [Pa] where branch i begins, and by what Young's modulus is divided on it */
 } DemStrength;
 
 /* Opening at which the curve ends, G_f-true [m]; infinite for the exponential. */
@@ -49,4 +55,41 @@ static inline PetscReal DemDamageShear(const DemStrength *strength, PetscReal g_
 
   if (r <= 1) return 0;
   return PetscMin(1, (1 - 1 / r) / (1 - strength->shear * d / (2 * g_shear * end)));
+}
+
+/* Softening range of a bond: given, or what the fracture energy leaves after the elastic part.  Eq. (4.53) */
+static inline PetscReal DemPublishedDelta(PetscReal given, PetscReal energy, PetscReal strength, PetscReal area, PetscReal stiffness)
+{
+  return given > 0 ? given : 2 * energy * stiffness / (strength * strength * area) - 1;
+}
+
+/* Stiffness lost under the published law when the largest force of the whole bond so far is r limits.  Eq. (4.52) */
+static inline PetscReal DemPublishedLoss(PetscReal r, PetscReal delta)
+{
+  if (r <= 1) return 0;
+  return r >= 1 + delta ? 1 : 1 - (1 - (r - 1) / delta) / r;
+}
+
+/* Compressive stress of the envelope where an elastic bond would carry s [Pa].  Eq. (4.58) */
+static inline PetscReal DemCrushStress(const DemStrength *strength, PetscReal s)
+{
+  PetscReal t = 0, begin = 0, slope = 1; /* stress, elastic stress and slope at the start of the branch at hand */
+
+  for (PetscInt b = 0; b < strength->n_branches; b++) {
+    const PetscReal end = begin + (strength->crush[b] - t) / slope;
+
+    if (s <= end) break;
+    t     = strength->crush[b];
+    begin = end;
+    slope = 1 / strength->reduce[b];
+  }
+  return t + slope * (s - begin);
+}
+
+/* Principal values, largest first, of a symmetric tensor xx yy zz xy yz zx; in 2D the two of the plane, in first and last place.  */
+void DemPrincipalValues(PetscInt dim, const PetscReal s[6], PetscReal value[3]);
+/* Largest of (|t_s| + mu t_n) / cohesion over all planes.  Eq. (4.61) */
+static inline PetscReal DemMohrCoulomb(const PetscReal value[3], PetscReal mu, PetscReal cohesion)
+{
+  return (0.5 * (value[0] - value[2]) * PetscSqrtReal(1 + mu * mu) + 0.5 * mu * (value[0] + value[2])) / cohesion;
 }

@@ -1,5 +1,5 @@
 /* dem_fields.c - stress and strain of each particle, for output: plain loops, packing's order. */
-#include "dem_impl.h"
+#include "dem_rule.h"
 #include "dem_tool_impl.h"
 
 typedef struct {
@@ -31,6 +31,13 @@ void DemBondForce_Internal(DemModel model, PetscInt e, PetscReal t[3])
   const PetscReal g2 = 2 * model->g_shear * (b->weight ? b->weight[e] : 1);
   BondNow         now;
 
+  if (model->net) {
+    DemPairForce pair;
+
+    DemPairNow_Internal(model, e, &pair);
+    for (PetscInt d = 0; d < 3; d++) t[d] = pair.force[d] + (model->net->nu_force ? DemPoissonForce_Internal(model, e, d) : 0);
+    return;
+  }
   BondState(model, e, &now);
   for (PetscInt d = 0; d < 3; d++) t[d] = b->now[e] * (g2 * now.gap[d] + model->lambda * (model->dilation[b->p[e]] * now.a[d] - model->dilation[b->q[e]] * now.b[d]));
 }
@@ -86,6 +93,7 @@ PetscErrorCode DemStrain_Internal(DemModel model, PetscReal *strain)
     PetscReal      normal[3] = {0}, mean[3] = {0};
     BondNow        now;
 
+    if (model->net) break; /* its bonds are not its facets */
     BondState(model, e, &now);
     for (PetscInt d = 0; d < model->dim; d++) normal[d] = model->x0[d * n + q] - model->x0[d * n + p]; /* length d: k d = area */
     for (PetscInt d = 0; d < model->dim; d++) {
@@ -95,6 +103,24 @@ PetscErrorCode DemStrain_Internal(DemModel model, PetscReal *strain)
     }
     AddVoigt(mean, normal, b->k[e] / model->volume[p], strain + 6 * model->at[p]);
     AddVoigt(mean, normal, -b->k[e] / model->volume[q], strain + 6 * model->at[q]);
+  }
+  for (PetscInt k = 0; k < cells->n_facets && model->net; k++) {
+    const PetscInt side[2] = {cells->p[k], cells->q[k]};
+    PetscReal      normal[3], mean[3] = {0}, d = 0;
+
+    for (PetscInt c = 0; c < 3; c++) {
+      normal[c] = model->packing.x[3 * side[1] + c] - model->packing.x[3 * side[0] + c];
+      d += normal[c] * normal[c];
+    }
+    for (PetscInt s = 0; s < 2; s++) {
+      const PetscInt p = model->rank_of[side[s]];
+      PetscReal      arm[3], turn[3];
+
+      for (PetscInt c = 0; c < 3; c++) arm[c] = c < model->dim ? cells->at[3 * k + c] - model->packing.x[3 * side[s] + c] : 0;
+      DemTurn(model->dim, n, p, model->rot, arm, turn);
+      for (PetscInt c = 0; c < model->dim; c++) mean[c] += 0.5 * (model->u[c * n + p] + turn[c]);
+    }
+    for (PetscInt s = 0; s < 2; s++) AddVoigt(mean, normal, (s ? -1 : 1) * cells->area[k] / PetscSqrtReal(d) / model->volume[model->rank_of[side[s]]], strain + 6 * side[s]);
   }
   for (PetscInt k = 0; k < cells->n_walls; k++) {
     const PetscInt p = model->rank_of[cells->wall_p[k]];

@@ -4,11 +4,11 @@
   Four passes with a barrier between: volumetric sums of the blocks, dilations, forces of the blocks, sums over halo
   slots. Every sum has one fixed order.
 */
-#include "dem_impl.h"
+#include "dem_rule.h"
 #include <omp.h>
 
 /* Position, displacement and rotation of block b's own and halo particles into its copy. Returns how many. */
-static PetscInt CopyState(DemModel model, PetscInt b, PetscReal *copy)
+PetscInt DemCopyState_Internal(DemModel model, PetscInt b, PetscReal *copy)
 {
   const DemBlocks *blocks = &model->blocks;
   const PetscInt   n = model->n, wide = blocks->widest, first = blocks->first[b], own = blocks->first[b + 1] - first;
@@ -46,7 +46,7 @@ static PetscBool Awake(DemModel model, PetscInt b)
 static void BlockSum(DemModel model, PetscInt b, PetscReal *copy)
 {
   const DemBlocks *blocks = &model->blocks;
-  const PetscInt   wide = blocks->widest, first = blocks->first[b], own = blocks->first[b + 1] - first, all = CopyState(model, b, copy);
+  const PetscInt   wide = blocks->widest, first = blocks->first[b], own = blocks->first[b + 1] - first, all = DemCopyState_Internal(model, b, copy);
   PetscReal       *S = copy + DEM_COPY_S * wide;
 
   for (PetscInt i = 0; i < all; i++) S[i] = 0;
@@ -88,9 +88,8 @@ static void BlockDilation(DemModel model, PetscInt b)
 static void BlockForce(DemModel model, PetscInt b, PetscReal *copy, PetscInt flags)
 {
   const DemBlocks *blocks = &model->blocks;
-  const PetscInt   n = model->n, wide = blocks->widest, first = blocks->first[b], own = blocks->first[b + 1] - first, all = CopyState(model, b, copy);
+  const PetscInt   wide = blocks->widest, first = blocks->first[b], own = blocks->first[b + 1] - first, all = DemCopyState_Internal(model, b, copy);
   const PetscInt  *ghost = blocks->halo + blocks->halo_start[b];
-  const PetscBool  heavy = (PetscBool)((flags & DEM_WITH_LOADS) && (model->gravity[0] != 0 || model->gravity[1] != 0 || model->gravity[2] != 0));
   PetscReal       *F = copy + DEM_COPY_F * wide, *E = copy + DEM_COPY_E * wide;
 
   for (PetscInt i = 0; i < own; i++) E[i] = model->dilation[first + i];
@@ -99,6 +98,17 @@ static void BlockForce(DemModel model, PetscInt b, PetscReal *copy, PetscInt fla
   if (model->dim == 3) DemBondsForce3_Internal(wide, blocks->bond[b], blocks->bond[b + 1], &model->bonds, 2 * model->g_shear, model->lambda, copy);
   else DemBondsForce2_Internal(wide, blocks->bond[b], blocks->bond[b + 1], &model->bonds, 2 * model->g_shear, model->lambda, copy);
   if (Awake(model, b)) DemCracksForce_Internal(model, b, copy, flags);
+  DemBlockLoads_Internal(model, b, copy, flags);
+}
+
+/* Boundary facets and weight on top of block b's bond forces in its copy; out to the model's forces and the halo's slots. */
+void DemBlockLoads_Internal(DemModel model, PetscInt b, PetscReal *copy, PetscInt flags)
+{
+  const DemBlocks *blocks = &model->blocks;
+  const PetscInt   n = model->n, first = blocks->first[b], own = blocks->first[b + 1] - first, all = own + blocks->halo_start[b + 1] - blocks->halo_start[b];
+  const PetscBool  heavy = (PetscBool)((flags & DEM_WITH_LOADS) && (model->gravity[0] != 0 || model->gravity[1] != 0 || model->gravity[2] != 0));
+  PetscReal       *F = copy + DEM_COPY_F * blocks->widest;
+
   for (PetscInt i = 0; i < own; i++) {
     const PetscInt p = first + i;
     PetscReal     *f = F + 8 * i;
@@ -124,7 +134,7 @@ static void BlockForce(DemModel model, PetscInt b, PetscReal *copy, PetscInt fla
     for (PetscInt c = 0; c < 6; c++) blocks->slot_f[8 * (blocks->halo_start[b] + i - own) + c] = F[8 * i + c];
 }
 
-static void BlockGather(DemModel model, PetscInt b, PetscInt flags)
+void DemBlockGather_Internal(DemModel model, PetscInt b, PetscInt flags)
 {
   const DemBlocks *blocks = &model->blocks;
   const PetscInt   n = model->n;
@@ -180,6 +190,10 @@ PetscErrorCode DemForces_Internal(DemModel model, PetscInt flags)
     LooseForces(model, flags);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  if (model->net) {
+    PetscCall(DemRuleForces_Internal(model, flags));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (model->crack.awake && (flags & DEM_WITH_FAILURE) && model->crack.steps++ % DEM_STRESS_EVERY == 0) PetscCall(DemCracksLook_Internal(model));
 #pragma omp parallel num_threads((int)model->threads)
   {
@@ -192,7 +206,7 @@ PetscErrorCode DemForces_Internal(DemModel model, PetscInt flags)
 #pragma omp for schedule(static)
     for (PetscInt b = 0; b < n_blocks; b++) BlockForce(model, b, copy, flags);
 #pragma omp for schedule(static)
-    for (PetscInt b = 0; b < n_blocks; b++) BlockGather(model, b, flags);
+    for (PetscInt b = 0; b < n_blocks; b++) DemBlockGather_Internal(model, b, flags);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -206,6 +220,10 @@ PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy)
   PetscFunctionBegin;
   *energy = 0;
   if (!model->bonded) PetscFunctionReturn(PETSC_SUCCESS);
+  if (model->net) {
+    *energy = DemRuleEnergy_Internal(model) + DemWallsEnergy_Internal(model);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
 #pragma omp parallel num_threads((int)model->threads)
   {
     PetscReal *copy = model->scratch[omp_get_thread_num()];
@@ -218,7 +236,7 @@ PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy)
       PetscReal        part;
 
       BlockDilation(model, b);
-      CopyState(model, b, copy);
+      DemCopyState_Internal(model, b, copy);
       if (model->dim == 3) part = DemBondsEnergy3_Internal(blocks->widest, blocks->bond[b], blocks->bond[b + 1], &model->bonds, model->g_shear, copy);
       else part = DemBondsEnergy2_Internal(blocks->widest, blocks->bond[b], blocks->bond[b + 1], &model->bonds, model->g_shear, copy);
       if (Awake(model, b)) part += DemCracksEnergy_Internal(model, b, copy);

@@ -10,6 +10,8 @@
 #include "dem.h"
 #include "dem_contacts.h"
 
+typedef struct _n_DemNetwork *DemNetwork;
+
 #define DEM_BLOCK 256 /* particles; state of block and halo stays in a 512 kB second-level cache (72 kB in 3D) */
 #define DEM_CHUNK 64  /* bonds treated together: their results stay in the first-level cache */
 
@@ -34,7 +36,7 @@ typedef struct DemTool DemTool; /* dem_tool_impl.h */
 
 typedef struct {
   char      quantity[32];
-  PetscInt  face, tool; /* one of them >= 0 */
+  PetscInt  face, tool; /* one of them >= 0; both -1: a column of dem_gauge.c */
   PetscInt  component;
   char     *name;
   const char *unit;
@@ -96,8 +98,9 @@ typedef struct {
   PetscReal     *release; /* [n] energy release Y = -dE/dD a step ago [J] */
   PetscReal     *rub;    /* [n] friction [J] */
   PetscReal     *time;   /* [n] of first damage [s] */
-  unsigned char *state;  /* [n] bit 0 watched, 1 tension broke it, 2 shear broke it, 3 much traction, 4 its particles have parted, 7 may not break */
+  unsigned char *state;  /* [n] bit 0 watched, 1 tension broke it, 2 shear broke it, 3 much traction, 4 its particles have parted, 6 never bonded, 7 may not break */
   unsigned char *awake;  /* [blocks] some bond is watched or damaged */
+  PetscReal     *limit;  /* [n] nonlocal: facet's shear load when it began to soften [Pa]; 0 = has not, -1 = does now; NULL = local */
   PetscReal     *stress; /* [n particles][6] stress x volume, when last looked at */
   PetscReal     *slot_stress; /* [slots][6] */
   PetscReal     *slot_v; /* [slots] condensed volume of damaged facets */
@@ -112,7 +115,7 @@ typedef struct {
   unsigned char *mode;
 } DemCrackState;
 
-enum { DEM_BOND_WATCHED = 1, DEM_BOND_TENSION = 2, DEM_BOND_SHEAR = 4, DEM_BOND_LOADED = 8, DEM_BOND_PARTED = 16, DEM_BOND_KEPT = 128 };
+enum { DEM_BOND_WATCHED = 1, DEM_BOND_TENSION = 2, DEM_BOND_SHEAR = 4, DEM_BOND_LOADED = 8, DEM_BOND_PARTED = 16, DEM_BOND_APART = 64 /* of two groups: never bonded */, DEM_BOND_KEPT = 128 };
 
 struct _p_DemModel {
   MPI_Comm  comm;
@@ -126,6 +129,9 @@ struct _p_DemModel {
   PetscBool  *breakable; /* [facets], NULL = all */
   PetscReal  *weight_mass, *weight_volume, *weight_facet; /* as given, packing's and cells' order; NULL = 1 */
   DemCrackState crack;   /* empty unless cohesive */
+  DemRule       rule;    /* elastic rule of the bonds */
+  DemNetwork    net;     /* of the published rules (dem_rule.h); NULL with `exact` */
+  PetscInt     *group;   /* [particles] packing's order; NULL = all one */
   PetscReal   g_shear, lambda; /* [Pa]; lambda of plane stress in plane stress.  Eq. (4.1) */
   PetscReal   alpha;           /* local damping */
   PetscReal   gravity[3], initial_velocity[3];
@@ -174,6 +180,8 @@ struct _p_DemModel {
   PetscInt    n_history;
   DemHistory *history;
   const char **history_name, **history_unit;
+  PetscReal   gauge[8];  /* row at hand: stress, strain, modulus, Poisson's ratio */
+  PetscReal   quality[3]; /* largest strain energy of a row [J], unbalanced ratio and kinetic / strain energy then */
 
   PetscReal time, dt_last;
   PetscBool started;     /* the first half kick is done */
@@ -182,6 +190,11 @@ struct _p_DemModel {
 
   PetscReal **scratch;   /* [threads] block copies */
   PetscReal  *lent;      /* state on loan, packing's order */
+  struct {
+    PetscInt      *p, *q;
+    PetscReal     *value; /* [4][bonds] sigma, tau, damage, criterion */
+    unsigned char *state;
+  } list; /* on loan by DemModelGetBonds */
 };
 
 /* Where a block's copy keeps what, in lengths of `widest`. */
@@ -218,6 +231,16 @@ PetscErrorCode DemStress_Internal(DemModel model, PetscReal *stress);           
 PetscErrorCode DemStrain_Internal(DemModel model, PetscReal *strain);            /* [n][6] */
 void           DemDamage_Internal(DemModel model, PetscReal *damage);            /* [n] largest over the cell's facets */
 PetscErrorCode DemWriteCracks_Internal(DemModel model, Output output);           /* block "cracks": facets that have begun to break */
+
+/* dem_bond_list.c */
+void           DemCoordination_Internal(DemModel model, PetscReal *number);        /* [n] unbroken bonds of each particle, packing's order */
+PetscErrorCode DemCriterion_Internal(DemModel model, PetscReal *criterion);        /* [n] largest over the particle's bonds */
+PetscErrorCode DemWriteBonds_Internal(DemModel model, Output output);              /* block "bonds": lines between centres */
+PetscErrorCode DemBondListDestroy_Internal(DemModel model);
+
+/* dem_gauge.c */
+PetscErrorCode DemColumn_Internal(DemModel model, const DemHistory *column, PetscReal *value);
+PetscErrorCode DemUnbalanced_Internal(void *model, PetscReal *ratio); /* dem_stepper.c */
 
 /* dem_force.c: forces, torques, dilations of the present state */
 PetscErrorCode DemForces_Internal(DemModel model, PetscInt flags);

@@ -1,5 +1,5 @@
 /* dem_model.c - making a DemModel and telling it what it is. */
-#include "dem_impl.h"
+#include "dem_rule.h"
 
 PetscErrorCode DemModelCreate(MPI_Comm comm, DemModel *model)
 {
@@ -45,13 +45,41 @@ PetscErrorCode DemModelSetStrength(DemModel model, const DemStrength *s)
 {
   PetscFunctionBegin;
   BaseCheckInput(s->tensile >= 0 && s->shear >= 0 && (s->tensile > 0 || s->shear > 0), model->comm, "A cohesive material needs a positive tensile_strength or shear_strength");
-  BaseCheckInput(s->tensile == 0 || s->fracture_energy > 0, model->comm, "Fracture energy %.6g J/m2 must be positive beside a tensile strength", (double)s->fracture_energy);
-  BaseCheckInput(s->shear == 0 || s->shear_energy > 0, model->comm, "Shear fracture energy %.6g J/m2 must be positive beside a shear strength", (double)s->shear_energy);
+  BaseCheckInput(s->tensile == 0 || s->fracture_energy > 0 || (s->published && s->delta_n > 0), model->comm, "Fracture energy %.6g J/m2 must be positive beside a tensile strength", (double)s->fracture_energy);
+  BaseCheckInput(s->shear == 0 || s->shear_energy > 0 || (s->published && s->delta_s > 0), model->comm, "Shear fracture energy %.6g J/m2 must be positive beside a shear strength", (double)s->shear_energy);
   BaseCheckInput(s->softening != DEM_SOFTENING_BILINEAR || (s->knee_stress > 0 && s->knee_stress < 1 && s->knee_opening > 0 && s->knee_opening < 2), model->comm,
                  "Bilinear softening: knee_stress %.6g must lie in (0, 1) and knee_opening %.6g in (0, 2)", (double)s->knee_stress, (double)s->knee_opening);
+  BaseCheckInput(s->n_branches == 0 || s->published, model->comm, "Branches of compression belong to law: published");
+  for (PetscInt b = 0; b < s->n_branches; b++)
+    BaseCheckInput(s->crush[b] > (b ? s->crush[b - 1] : 0) && s->reduce[b] >= 1, model->comm, "Branch %" PetscInt_FMT " of compression: its stress must lie above the one before, and Young's modulus be divided by 1 or more", b + 1);
   BaseCheckInput(s->mu_static >= 0 && s->mu_dynamic >= 0, model->comm, "Friction coefficients cannot be negative");
   model->strength = *s;
   model->cohesive = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetRule(DemModel model, const DemRule *r)
+{
+  PetscFunctionBegin;
+  PetscCheck(!model->ready, model->comm, PETSC_ERR_ORDER, "The rule is fixed at set-up");
+  if (r->elasticity == DEM_ONATE2015 || r->elasticity == DEM_GIVEN)
+    BaseCheckInput(r->range > 0 && r->range < 1, model->comm, "Interaction range %.6g must lie in (0, 1); the papers use 0.1 and 0.15", (double)r->range);
+  BaseCheckInput(r->area_factor >= 0, model->comm, "Area factor %.6g cannot be negative", (double)r->area_factor);
+  if (r->elasticity == DEM_GIVEN) BaseCheckInput(r->normal_stiffness > 0 && r->shear_stiffness >= 0, model->comm, "elasticity: given needs a positive normal stiffness, and a shear stiffness that is not negative [N/m]");
+  else if (r->elasticity != DEM_EXACT) BaseCheckInput(r->normal_factor > 0 && r->shear_factor >= 0, model->comm, "The factors on the stiffnesses, %.6g and %.6g, must be positive", (double)r->normal_factor, (double)r->shear_factor);
+  BaseCheckInput(!r->poisson_term || r->elasticity == DEM_KDEM, model->comm, "The Poisson term belongs to elasticity: kdem");
+  BaseCheckInput(!r->sphere_pressure || r->elasticity != DEM_EXACT, model->comm, "Pressure on spheres belongs to the published rules; with elasticity: exact it acts on facets");
+  model->rule = *r;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetGroups(DemModel model, const PetscInt group[])
+{
+  PetscFunctionBegin;
+  PetscCheck(model->packing.n && !model->ready, model->comm, PETSC_ERR_ORDER, "Groups are given between DemModelSetBody() and DemModelSetUp()");
+  PetscCall(PetscFree(model->group));
+  PetscCall(PetscMalloc1(model->packing.n, &model->group));
+  PetscCall(PetscArraycpy(model->group, group, model->packing.n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -316,9 +344,17 @@ PetscErrorCode DemModelSetUp(DemModel model)
   model->g_shear = m->young / (2 * (1 + m->poisson));
   model->lambda  = m->young * m->poisson / ((1 + m->poisson) * (1 - 2 * m->poisson));
   if (model->kind == DEM_PLANE_STRESS) model->lambda = 2 * model->g_shear * model->lambda / (model->lambda + 2 * model->g_shear);
+  if (model->bonded && model->rule.elasticity != DEM_EXACT) { /* springs have no volumetric part; held facets are springs of modulus E */
+    PetscCall(PetscNew(&model->net));
+    model->g_shear = 0.5 * m->young;
+    model->lambda  = 0;
+  }
   PetscCall(DemSetUpOrder_Internal(model));
   PetscCall(DemSetUpBonds_Internal(model));
+  if (model->net) PetscCall(DemSetUpRule_Internal(model));
   PetscCall(DemSetUpWalls_Internal(model));
+  BaseCheckInput(model->net || !model->cohesive || !model->strength.published, model->comm, "law: published acts on springs; with elasticity: exact write law: cohesive");
+  BaseCheckInput(!model->group || model->cohesive, model->comm, "Groups that only touch need a law that can break");
   if (model->cohesive && model->bonds.n) PetscCall(DemSetUpCracks_Internal(model));
   if (model->n_tools) PetscCall(DemToolsSetUp_Internal(model));
   model->ready = PETSC_TRUE;
@@ -373,6 +409,9 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
   PetscCall(PetscFree(model->traction_new));
   PetscCall(DemCracksDestroy_Internal(model));
   PetscCall(DemContactsDestroy_Internal(model));
+  PetscCall(DemRuleDestroy_Internal(model));
+  PetscCall(DemBondListDestroy_Internal(model));
+  PetscCall(PetscFree(model->group));
   PetscCall(PetscFree(model->breakable));
   PetscCall(PetscFree(model->surface));
   PetscCall(PetscFree(model->block_sum));

@@ -1,5 +1,5 @@
 /* dem_setup.c - order, blocks, bonds and boundary facets from the packing and its cells. */
-#include "dem_impl.h"
+#include "dem_rule.h"
 
 typedef struct {
   uint64_t key;
@@ -81,13 +81,9 @@ PetscErrorCode DemSetUpOrder_Internal(DemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-typedef struct {
-  PetscInt p, q, facet;
-} Pair;
-
 static int ComparePairs(const void *a, const void *b)
 {
-  const Pair *s = a, *t = b;
+  const DemPair *s = a, *t = b;
 
   if (s->p != t->p) return s->p < t->p ? -1 : 1;
   return s->q < t->q ? -1 : s->q > t->q;
@@ -153,21 +149,22 @@ PetscErrorCode DemSetUpBonds_Internal(DemModel model)
 {
   const PetscInt  n = model->n, dim = model->dim;
   const DemCells *cells = &model->cells;
-  const PetscInt  m = model->bonded ? cells->n_facets : 0;
+  PetscInt        m = model->bonded ? cells->n_facets : 0;
   DemBonds       *bonds = &model->bonds;
   DemBlocks      *b = &model->blocks;
-  Pair           *pair;
+  DemPair        *pair;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc1(m, &pair));
-  for (PetscInt k = 0; k < m; k++) {
+  if (model->net) PetscCall(DemRulePairs_Internal(model, &m, &pair));
+  else PetscCall(PetscMalloc1(m, &pair));
+  for (PetscInt k = 0; k < m && !model->net; k++) {
     const PetscInt p = model->rank_of[cells->p[k]], q = model->rank_of[cells->q[k]];
 
     pair[k].p     = PetscMin(p, q);
     pair[k].q     = PetscMax(p, q);
     pair[k].facet = k;
   }
-  if (m > 1) qsort(pair, m, sizeof(*pair), ComparePairs);
+  if (m > 1 && !model->net) qsort(pair, m, sizeof(*pair), ComparePairs);
 
   bonds->n = m;
   PetscCall(PetscMalloc7(m, &bonds->p, m, &bonds->q, m, &bonds->ip, m, &bonds->iq, m, &bonds->k, 3 * m, &bonds->arm, m, &bonds->facet));
@@ -179,6 +176,7 @@ PetscErrorCode DemSetUpBonds_Internal(DemModel model)
     bonds->p[e]     = p;
     bonds->q[e]     = q;
     bonds->facet[e] = k;
+    if (model->net) continue; /* area and arm are the rule's */
     bonds->k[e]     = cells->area[k] / PetscSqrtReal(d);
     for (PetscInt c = 0; c < 3; c++) bonds->arm[c * m + e] = c < dim ? cells->at[3 * k + c] - model->x0[c * n + p] : 0;
   }
@@ -244,6 +242,30 @@ static PetscErrorCode SetUpSurface(DemModel model)
   for (PetscInt p = 0, k = 0; p < model->n; p++)
     if (!model->bonded || outer[p]) model->surface[k++] = p;
   PetscCall(PetscFree(outer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The papers' load: each particle's pressed facets of a face share the area pi r^2 (2D: 2 r t), at its centre.  Eq. (4.48) */
+static PetscErrorCode SpherePressure(DemModel model)
+{
+  DemWalls  *w = &model->walls;
+  PetscReal *whole;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(w->n, &whole));
+  for (PetscInt i = 0; i < w->n; i++) {
+    whole[i] = 0;
+    for (PetscInt k = w->start[w->owner[i]]; k < w->start[w->owner[i] + 1]; k++)
+      if (w->face[k] == w->face[i]) whole[i] += w->area[k];
+  }
+  for (PetscInt i = 0; i < w->n; i++) {
+    const PetscReal r = model->r[w->owner[i]];
+
+    if (!model->face[w->face[i]].pressed) continue;
+    w->area[i] *= (model->dim == 3 ? PETSC_PI * r * r : 2 * r * model->body.thickness) / whole[i];
+    for (PetscInt d = 0; d < 3; d++) w->arm[3 * i + d] = 0;
+  }
+  PetscCall(PetscFree(whole));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -313,5 +335,6 @@ PetscErrorCode DemSetUpWalls_Internal(DemModel model)
     }
   }
   PetscCall(PetscFree2(kind, fill));
+  if (model->rule.sphere_pressure) PetscCall(SpherePressure(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

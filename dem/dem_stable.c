@@ -3,7 +3,7 @@
 
   The operator is the model's own force function at small amplitude, so whatever acts is counted.
 */
-#include "dem_impl.h"
+#include "dem_rule.h"
 #include <petscblaslapack.h>
 
 #define LANCZOS_STEPS 60
@@ -76,7 +76,7 @@ PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt)
 {
   const PetscInt n = model->n, all = Unknowns(model);
   PetscReal     *saved, *x, *y, *old, alpha[LANCZOS_STEPS], beta[LANCZOS_STEPS], largest = 0, before = 0, norm, scale, smallest = PETSC_MAX_REAL;
-  PetscReal      shift[64][3];
+  PetscReal      shift[64][3], *carried = model->bonds.now;
   uint64_t       seed = 88172645463325252ULL;
 
   PetscFunctionBegin;
@@ -119,6 +119,7 @@ PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt)
   for (PetscInt p = 0; p < n; p++) smallest = PetscMin(smallest, model->mass[p]);
   scale = 1e-7 * model->r[0] * PetscSqrtReal(smallest); /* motions of 1e-7 r at most: small rotations, gaps far above rounding */
 
+  model->bonds.now = model->bonds.k; /* intact: a facet broken and closed is as stiff, and the iteration sees no contact */
   for (PetscInt m = 0; m < LANCZOS_STEPS; m++) {
     PetscCall(Apply(model, scale, x, y));
     alpha[m] = Dot(all, x, y);
@@ -132,6 +133,8 @@ PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt)
       x[i]   = y[i] / beta[m];
     }
   }
+  model->bonds.now = carried;
+  if (model->net) largest *= DemRuleStiffening_Internal(model);
   {
     PetscReal drag = 0;
 
@@ -153,7 +156,7 @@ PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt)
 }
 
 /* Upper bound of the largest eigenvalue of a symmetric positive 6 x 6 matrix: ||B^32||_F^(1/32), at most 3 % high. Overwrites B. */
-static PetscReal LargestOfBlock(PetscReal B[6][6])
+PetscReal DemLargestOfBlock_Internal(PetscReal B[6][6])
 {
   PetscReal scale = 0, exponent = 1, log_sum = 0;
 
@@ -206,6 +209,10 @@ PetscErrorCode DemModelGetStableStep(DemModel model, PetscReal *dt)
     PetscCall(DemModelGetCriticalStep(model, dt));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  if (model->net) {
+    PetscCall(DemRuleStableStep_Internal(model, dt));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscCalloc2(n, &Q, 36 * n, &block));
   for (PetscInt e = 0; e < b->n; e++) {
     PetscReal ap = 0, aq = 0;
@@ -248,7 +255,7 @@ PetscErrorCode DemModelGetStableStep(DemModel model, PetscReal *dt)
     if (dim == 2) /* out of plane nothing moves */
       for (int i = 2; i < 5; i++)
         for (int j = 0; j < 6; j++) B[i][j] = B[j][i] = 0;
-    const PetscReal largest = LargestOfBlock(B); /* spends B */
+    const PetscReal largest = DemLargestOfBlock_Internal(B); /* spends B */
 
     worst = PetscMax(worst, largest);
   }

@@ -1,5 +1,5 @@
 /* dem_stepper.c - the model as the run loop sees it: energies, history, frames, checkpoints. */
-#include "dem_impl.h"
+#include "dem_rule.h"
 
 static PetscErrorCode StepperStable(void *ctx, PetscReal *dt)
 {
@@ -27,7 +27,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
   if (model->n_tools) DemToolsKinetic_Internal(model, &kinetic, &gravity);
   ledger->energy[LEDGER_KINETIC]  = kinetic;
   ledger->energy[LEDGER_STRAIN]   = strain;
-  ledger->energy[LEDGER_DAMPING]  = model->damped + due;
+  ledger->energy[LEDGER_DAMPING]  = model->damped + due + (model->net ? model->net->nu_work : 0);
   ledger->energy[LEDGER_CONTACT]  = DemToolsEnergy_Internal(model) + (model->contacts.on ? DemContactsEnergy_Internal(model) : 0) + model->contact_lost;
   ledger->energy[LEDGER_FRICTION] = model->friction_lost;
   if (model->crack.damage)
@@ -49,7 +49,8 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
   const PetscInt    n = model->n, c = h->component;
 
   PetscFunctionBegin;
-  if (h->tool >= 0) *value = DemToolHistory_Internal(model, h->tool, h->quantity, c);
+  if (h->tool < 0 && h->face < 0) PetscCall(DemColumn_Internal(model, h, value));
+  else if (h->tool >= 0) *value = DemToolHistory_Internal(model, h->tool, h->quantity, c);
   else if (h->quantity[0] == 'r') {
     DemFacesReactions_Internal(model);
     *value = model->face[h->face].reaction[c];
@@ -80,7 +81,7 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
 }
 
 /* Mean out-of-balance force over mean contact force: zero at rest.  Eq. (1.5) */
-static PetscErrorCode StepperUnbalanced(void *ctx, PetscReal *ratio)
+PetscErrorCode DemUnbalanced_Internal(void *ctx, PetscReal *ratio)
 {
   DemModel         model = ctx;
   const PetscInt   n = model->n;
@@ -132,10 +133,10 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
 {
   DemModel       model = ctx;
   const PetscInt n = model->n;
-  PetscReal     *data[6] = {NULL}, *radius;
+  PetscReal     *data[9] = {NULL}, *radius;
   PetscInt      *start, *node, m = 0;
   unsigned char *type;
-  OutputArray    array[8];
+  OutputArray    array[12];
   OutputBlock    block = {"particles", n, model->packing.x, n, NULL, NULL, NULL, 0, array};
 
   PetscFunctionBegin;
@@ -180,11 +181,32 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
     DemDamage_Internal(model, data[5]);
     array[m++] = (OutputArray){"damage", "-", OUTPUT_POINT_DATA, 1, data[5]};
   }
+  if (OutputWants(output, "coordination")) {
+    PetscCall(PetscMalloc1(n, &data[6]));
+    DemCoordination_Internal(model, data[6]);
+    array[m++] = (OutputArray){"coordination", "-", OUTPUT_POINT_DATA, 1, data[6]};
+  }
+  if (OutputWants(output, "criterion")) {
+    PetscCall(PetscMalloc1(n, &data[7]));
+    PetscCall(DemCriterion_Internal(model, data[7]));
+    array[m++] = (OutputArray){"criterion", "-", OUTPUT_POINT_DATA, 1, data[7]};
+  }
+  if (OutputWants(output, "fragment")) {
+    PetscInt *fragment, parts;
+
+    PetscCall(PetscMalloc1(n, &data[8]));
+    PetscCall(PetscMalloc1(n, &fragment));
+    PetscCall(DemModelGetFragments(model, &parts, fragment));
+    for (PetscInt k = 0; k < n; k++) data[8][k] = (PetscReal)fragment[k];
+    PetscCall(PetscFree(fragment));
+    array[m++] = (OutputArray){"fragment", "-", OUTPUT_POINT_DATA, 1, data[8]};
+  }
   block.n_arrays = m;
   PetscCall(OutputFrameBlock(output, &block));
   if (model->n_tools) PetscCall(DemToolsWrite_Internal(model, output));
+  if (OutputWants(output, "bonds") && model->bonds.n) PetscCall(DemWriteBonds_Internal(model, output));
   if (OutputWants(output, "damage") && model->crack.damage) PetscCall(DemWriteCracks_Internal(model, output));
-  for (PetscInt k = 0; k < 6; k++) PetscCall(PetscFree(data[k]));
+  for (PetscInt k = 0; k < 9; k++) PetscCall(PetscFree(data[k]));
   PetscCall(PetscFree4(start, node, type, radius));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -232,6 +254,7 @@ static PetscErrorCode SaveCracks(DemModel model, Checkpoint c)
   PetscCall(CheckpointWriteReal(c, "dem/bond_release", m, crack->release));
   PetscCall(CheckpointWriteReal(c, "dem/crack_stress", 6 * model->n, crack->stress));
   PetscCall(SaveBytes(c, "dem/bond_state", m, crack->state));
+  if (crack->limit) PetscCall(CheckpointWriteReal(c, "dem/bond_limit", m, crack->limit));
   PetscCall(CheckpointWriteInt(c, "dem/block_live", model->blocks.n_blocks, crack->n_live));
   PetscCall(CheckpointWriteInt(c, "dem/bond_live", m, crack->live));
   PetscCall(CheckpointWriteInt(c, "dem/stress_steps", 1, &crack->steps));
@@ -253,6 +276,7 @@ static PetscErrorCode LoadCracks(DemModel model, Checkpoint c)
   PetscCall(CheckpointReadReal(c, "dem/bond_release", m, crack->release));
   PetscCall(CheckpointReadReal(c, "dem/crack_stress", 6 * model->n, crack->stress));
   PetscCall(LoadBytes(c, "dem/bond_state", m, crack->state));
+  if (crack->limit) PetscCall(CheckpointReadReal(c, "dem/bond_limit", m, crack->limit));
   PetscCall(CheckpointReadInt(c, "dem/block_live", model->blocks.n_blocks, crack->n_live));
   PetscCall(CheckpointReadInt(c, "dem/bond_live", m, crack->live));
   for (PetscInt b = 0; b < model->blocks.n_blocks; b++) crack->awake[b] = crack->n_live[b] > 0;
@@ -281,6 +305,7 @@ static PetscErrorCode StepperSave(void *ctx, Checkpoint c)
   PetscCall(CheckpointWriteReal(c, "dem/vstar", n, model->vstar));
   if (model->crack.damage) PetscCall(SaveCracks(model, c));
   if (model->contacts.on) PetscCall(DemContactsSave_Internal(model, c));
+  if (model->net) PetscCall(DemRuleSave_Internal(model, c));
   for (PetscInt k = 0; k < model->n_faces; k++) {
     PetscCall(BaseFormat(name, "dem/reaction_%" PetscInt_FMT, k));
     PetscCall(CheckpointWriteReal(c, name, 3, model->face[k].reaction));
@@ -316,6 +341,7 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint c)
   PetscCall(CheckpointReadReal(c, "dem/vstar", n, model->vstar));
   if (model->crack.damage) PetscCall(LoadCracks(model, c));
   if (model->contacts.on) PetscCall(DemContactsLoad_Internal(model, c));
+  if (model->net) PetscCall(DemRuleLoad_Internal(model, c));
   model->time          = scalar[0];
   model->dt_last       = scalar[1];
   model->started       = (PetscBool)(scalar[2] != 0);
@@ -348,7 +374,7 @@ PetscErrorCode DemModelGetStepper(DemModel model, Stepper *stepper)
   }
   PetscCall(PetscMemzero(stepper, sizeof(*stepper)));
   *stepper = (Stepper){.name = "dem", .ctx = model, .stable_step = StepperStable, .step = DemStep_Internal, .energy = StepperEnergy, .history = StepperHistory, .write = StepperWrite,
-                       .save = StepperSave, .load = StepperLoad, .unbalanced = model->bonds.n ? StepperUnbalanced : NULL, .n_history = model->n_history, .history_name = model->history_name,
+                       .save = StepperSave, .load = StepperLoad, .unbalanced = model->bonds.n ? DemUnbalanced_Internal : NULL, .n_history = model->n_history, .history_name = model->history_name,
                        .history_unit = model->history_unit, .elements = model->bonds.n ? model->bonds.n : model->n};
   PetscFunctionReturn(PETSC_SUCCESS);
 }

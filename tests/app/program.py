@@ -269,7 +269,7 @@ def test_words(folder):
     text = cleave("--version", cwd=folder)
     check(re.search(r"cleave \d+\.\d+\.\d+ \(git .+\)", text) and "PETSc 3." in text and "gmsh 4." in text and "HDF5 1." in text, text)
     check("usage: cleave" in cleave("--help", cwd=folder), "no usage")
-    for kind in ("elastic", "ucs"):
+    for kind in ("elastic", "ucs", "triaxial", "hydrostatic", "compaction", "brazilian", "direct-tension", "bending"):
         cleave("new", kind, kind + ".yaml", cwd=folder)
         check("no faults found" in cleave("check", kind + ".yaml", cwd=folder), kind)
     check("there already" in cleave("new", "ucs", "ucs.yaml", cwd=folder, expect=2), "new overwrites")
