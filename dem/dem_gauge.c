@@ -47,31 +47,44 @@ static PetscErrorCode Gauge(DemModel model)
 {
   const PetscInt  n = model->n, dim = model->dim, a = LongestAxis(model);
   const PetscReal middle = 0.5 * (model->body.low[a] + model->body.high[a]), reach = 0.25 * (model->body.high[a] - model->body.low[a]);
-  PetscReal      *stress, *strain, volume = 0, lateral = 0, *g = model->gauge;
+  PetscReal      *stress, volume = 0, lateral = 0, *g = model->gauge, mx[3] = {0}, mu[3] = {0}, xx[3] = {0}, xu[3] = {0};
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc2(6 * n, &stress, 6 * n, &strain));
+  PetscCall(PetscMalloc1(6 * n, &stress));
   PetscCall(DemStress_Internal(model, stress));
-  PetscCall(DemStrain_Internal(model, strain));
   for (PetscInt c = 0; c < 8; c++) g[c] = 0;
   for (PetscInt k = 0; k < n; k++) {
     const PetscReal V = model->volume[model->rank_of[k]];
 
     if (PetscAbsReal(model->packing.x[3 * k + a] - middle) > reach) continue;
     volume += V;
-    for (PetscInt c = 0; c < 3; c++) {
-      g[c] += V * stress[6 * k + c];
-      g[3 + c] += V * strain[6 * k + c];
+    for (PetscInt c = 0; c < 3; c++) g[c] += V * stress[6 * k + c];
+    for (PetscInt c = 0; c < dim; c++) {
+      mx[c] += V * model->packing.x[3 * k + c];
+      mu[c] += V * model->u[c * n + model->rank_of[k]];
     }
   }
-  for (PetscInt c = 0; c < 6; c++) g[c] /= PetscMax(volume, PETSC_MIN_REAL);
+  volume = PetscMax(volume, PETSC_MIN_REAL);
+  for (PetscInt k = 0; k < n; k++) { /* slope of u_c on x_c: right for linear fields, which cell means (4.16) are not at the surface */
+    const PetscReal V = model->volume[model->rank_of[k]];
+
+    if (PetscAbsReal(model->packing.x[3 * k + a] - middle) > reach) continue;
+    for (PetscInt c = 0; c < dim; c++) {
+      const PetscReal x = model->packing.x[3 * k + c] - mx[c] / volume;
+
+      xx[c] += V * x * x;
+      xu[c] += V * x * (model->u[c * n + model->rank_of[k]] - mu[c] / volume);
+    }
+  }
+  for (PetscInt c = 0; c < 3; c++) g[c] /= volume;
+  for (PetscInt c = 0; c < dim; c++) g[3 + c] = xx[c] > 0 ? xu[c] / xx[c] : 0;
   for (PetscInt d = 0; d < dim; d++)
     if (d != a) lateral += g[3 + d] / (dim - 1);
   if (g[3 + a] != 0) {
     g[6] = g[a] / g[3 + a];
     g[7] = -lateral / g[3 + a];
   }
-  PetscCall(PetscFree2(stress, strain));
+  PetscCall(PetscFree(stress));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
