@@ -127,6 +127,7 @@ PetscErrorCode AppGeometryRead(AppCase *c);   /* parts, mesh or body, groups */
 PetscErrorCode AppConditionsRead(AppCase *c); /* loads and history quantities, checked against the groups */
 PetscErrorCode AppConditionsApply(AppCase *c);
 PetscErrorCode AppPrestressApply(AppCase *c, const AppPart *part); /* initial stress, expansion and temperature of a part of finite elements */
+PetscErrorCode AppToolsApply(AppCase *c);
 
 /* What history.csv shows beyond the models' own columns: probes, and strains between groups made from mean displacements. */
 PetscErrorCode AppProbesCheck(AppCase *c);                            /* names against the groups */

@@ -432,45 +432,10 @@ PetscErrorCode AppSideOf(AppCase *c, const char *path, const char *name, PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ApplyTools(AppCase *c)
-{
-  PetscFunctionBegin;
-  for (PetscInt k = 0; k < c->n_tools; k++) {
-    const char *name;
-    char        at[160], path[256];
-    DemPlane    plane = {{0}};
-    Table       velocity[3] = {{0}};
-
-    PetscCall(SceneGetEntry(c->scene, "tools", k, &name));
-    Path(at, "tools.%s", name);
-    Path(path, "%s.plane.point", at);
-    PetscCall(SceneGetVector(c->scene, path, c->dim, plane.point));
-    Path(path, "%s.plane.normal", at);
-    PetscCall(SceneGetVector(c->scene, path, c->dim, plane.normal));
-    Path(path, "%s.friction", at);
-    PetscCall(SceneGetReal(c->scene, path, &plane.friction));
-    Path(path, "%s.stiffness", at);
-    PetscCall(SceneGetReal(c->scene, path, &plane.stiffness));
-    Path(path, "%s.damping", at);
-    PetscCall(SceneGetReal(c->scene, path, &plane.damping));
-    for (PetscInt d = 0; d < 3; d++) {
-      PetscBool has;
-
-      Path(path, "%s.velocity.%c", at, (char)('x' + d));
-      PetscCall(SceneHas(c->scene, path, &has));
-      if (has) PetscCall(SceneGetTable(c->scene, path, &velocity[d]));
-      else PetscCall(TableCreateConstant(0, &velocity[d]));
-    }
-    AppCallAt(c->scene, at, DemModelAddPlane(c->dem, name, &plane, velocity));
-    for (PetscInt d = 0; d < 3; d++) PetscCall(TableDestroy(&velocity[d]));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode AppConditionsApply(AppCase *c)
 {
   PetscFunctionBegin;
-  if (c->method == APP_DEM) PetscCall(ApplyTools(c));
+  if (c->method != APP_FEM) PetscCall(AppToolsApply(c));
   for (PetscInt k = 0; k < c->n_loads; k++) {
     PetscBool particles = (PetscBool)(c->method == APP_DEM);
 
@@ -490,7 +455,13 @@ PetscErrorCode AppConditionsApply(AppCase *c)
       PetscCall(AppReadingsNeed(c, q));
       continue;
     }
-    if (c->method == APP_COUPLED && q->group[0]) PetscCall(AppSideOf(c, q->path, q->group, &particles));
+    if (c->method == APP_COUPLED && q->group[0]) {
+      char path[256];
+
+      Path(path, "tools.%s", q->group);
+      PetscCall(SceneHas(c->scene, path, &particles));
+      if (!particles) PetscCall(AppSideOf(c, q->path, q->group, &particles));
+    }
     if (particles && !q->group[0] && strcmp(q->quantity, "error")) AppCallAt(c->scene, q->path, DemModelAddColumns(c->dem, q->quantity));
     else if (!particles) AppCallAt(c->scene, q->path, FemModelAddHistory(c->fem, q->quantity, q->group));
     else AppCallAt(c->scene, q->path, DemModelAddHistory(c->dem, q->quantity, q->group));

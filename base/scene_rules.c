@@ -354,6 +354,41 @@ static PetscErrorCode CheckCondition(Scene scene, SceneNode condition, PetscInt 
 
 /* ---- the rest ---- */
 
+/* A direction of no length, and motions that exclude each other. */
+static PetscErrorCode CheckTool(Scene scene, SceneNode tool)
+{
+  static const char *const arrow[][2] = {{"plane", "normal"}, {"disc", "normal"}, {"cylinder", "axis"}, {"rotation", "axis"}, {"push", "axis"}, {"twist", "axis"}};
+  static const char *const moves[] = {"rotation", "push", "twist"}; /* a velocity of zero stands in every resolved scene; the model refuses another */
+  const SceneNode          free = SceneNodeChild(tool, "free"), density = SceneNodeChild(free, "density"), mass = SceneNodeChild(free, "mass"), rotation = SceneNodeChild(tool, "rotation"), twist = SceneNodeChild(tool, "twist"),
+                  damping = SceneNodeChild(tool, "damping"), restitution = SceneNodeChild(tool, "restitution"), law = SceneNodeChild(tool, "law"), friction = SceneNodeChild(tool, "friction"), rest = SceneNodeChild(tool, "static_friction");
+  const char     *inertia = scene->dimension == 2 ? "inertia_z" : "inertia";
+  const SceneNode moment  = SceneNodeChild(free, inertia);
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < 6; k++) {
+    const SceneNode a = SceneNodeChild(SceneNodeChild(tool, arrow[k][0]), arrow[k][1]);
+    PetscReal       length = 0;
+
+    if (!a || !a->good) continue;
+    for (SceneNode item = a->first; item; item = item->next) length += PetscAbsReal(item->value);
+    if (length == 0) PetscCall(SceneFaultValue(scene, a, "%s has length zero; give a direction, e.g. %s", arrow[k][1], scene->dimension == 2 ? "[0, 1]" : "[0, 0, 1]"));
+  }
+  for (PetscInt k = 0; free && k < 3; k++) {
+    const SceneNode move = SceneNodeChild(tool, moves[k]);
+
+    if (move) PetscCall(SceneFaultKey(scene, move, "a tool that is free takes no %s; take one of them out", moves[k]));
+  }
+  if (rotation && twist) PetscCall(SceneFaultKey(scene, twist, "rotation prescribes what twist would drive; keep one"));
+  if (mass && !moment) PetscCall(SceneFaultKey(scene, mass, "mass needs %s beside it; give both, or a density for a closed surface", inertia));
+  if (density && moment) PetscCall(SceneFaultKey(scene, moment, "the density gives the inertia; take one of them out"));
+  if (density && !SceneNodeChild(tool, "surface") && !SceneNodeChild(tool, "box")) PetscCall(SceneFaultKey(scene, density, "a density needs a closed surface or a box; give mass and %s instead", inertia));
+  if (density && SceneNodeChild(tool, "centre")) PetscCall(SceneFaultKey(scene, SceneNodeChild(tool, "centre"), "the density gives the centre of mass; take centre out"));
+  if (damping && damping->good && damping->value > 0 && restitution && restitution->good && restitution->value < 1) PetscCall(SceneFaultKey(scene, damping, "damping stands in place of restitution; keep one"));
+  if (SceneNodeIs(law, "hertz") && scene->dimension == 2) PetscCall(SceneFaultValue(scene, law, "hertz is the law of spheres; with dimension: 2 use linear"));
+  if (rest && rest->good && rest->value > 0 && rest->value < (friction && friction->good ? friction->value : 0)) PetscCall(SceneFaultValue(scene, rest, "static_friction is less than friction; it must be at least that, or left out"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode CheckTools(Scene scene, SceneNode tools, SceneNode bodies)
 {
   PetscBool any = PETSC_FALSE;
@@ -366,14 +401,7 @@ static PetscErrorCode CheckTools(Scene scene, SceneNode tools, SceneNode bodies)
     if (!SceneNodeIs(method, "fem")) any = PETSC_TRUE;
   }
   if (tools->n && !any) PetscCall(SceneFaultKey(scene, tools, "tools meet particles only, and no body has method: dem; use conditions on the body's groups"));
-  for (SceneNode tool = tools->first; tool; tool = tool->next) {
-    const SceneNode normal = SceneNodeChild(SceneNodeChild(tool, "plane"), "normal");
-    PetscReal       length = 0;
-
-    if (!normal || !normal->good) continue;
-    for (SceneNode item = normal->first; item; item = item->next) length += PetscAbsReal(item->value);
-    if (length == 0) PetscCall(SceneFaultValue(scene, normal, "normal has length zero; give a direction, e.g. %s", scene->dimension == 2 ? "[0, 1]" : "[0, 0, 1]"));
-  }
+  for (SceneNode tool = tools->first; tool; tool = tool->next) PetscCall(CheckTool(scene, tool));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -383,12 +411,19 @@ static PetscErrorCode CheckQuantity(Scene scene, SceneNode node)
   const char *open = node->kind == NODE_TEXT ? strchr(node->text, '(') : NULL;
   char        group[BASE_LINE / 2], *comma;
   size_t      n;
+  static const char *const of_tools[] = {"force(", "torque(", "work("};
 
   PetscFunctionBegin;
   if (!open || !node->good || !open[1]) PetscFunctionReturn(PETSC_SUCCESS);
   n = strlen(open + 1) - 1;
   memcpy(group, open + 1, n);
   group[n] = 0;
+  for (PetscInt k = 0; k < 3; k++) {
+    const SceneNode tools = SceneNodeChild(scene->root, "tools");
+
+    if (!strncmp(node->text, of_tools[k], strlen(of_tools[k])) && !(tools && tools->kind == NODE_MAP && SceneNodeChild(tools, group)))
+      PetscCall(SceneFaultValue(scene, node, "%s) is of a tool, and '%.60s' is none; of a body's group ask reaction(%.60s)", of_tools[k], group, group));
+  }
   if (strncmp(node->text, "strain", 6)) {
     PetscCall(CheckGroup(scene, node, group, NULL, PETSC_TRUE, PETSC_FALSE));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -25,6 +25,7 @@ static const struct {
   {"m3",       "a volume",                              "1 dm3"     },
   {"N",        "a force",                               "5 kN"      },
   {"J",        "an energy",                             "3 J"       },
+  {"kg m2",    "a moment of inertia",                   "0.1 kg m2" },
   {"W",        "a power",                               "1 W"       },
   {"1/s",      "a rate",                                "10 1/s"    },
   {"rad/s",    "an angular velocity",                   "2 rad/s"   },

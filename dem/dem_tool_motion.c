@@ -208,7 +208,7 @@ static PetscErrorCode AdvancePrescribed(DemModel model, DemTool *tool, PetscReal
   for (PetscInt d = 0; d < 3; d++) tool->moved_given[d] = tool->turned[d] = 0;
   for (PetscInt d = 0; d < model->dim; d++)
     if (o->velocity[d].n) tool->moved_given[d] = TableIntegral(&o->velocity[d], t + dt) - TableIntegral(&o->velocity[d], t);
-  if (o->pushed) { /* Eq. (5.58) */
+  if (o->pushed) { /* Eq. (5.59) */
     tool->along_v += kick * ((TableValue(&o->force, t) + Dot(tool->force, o->push_axis)) / o->mass + Dot(model->gravity, o->push_axis));
     drive = dt * tool->along_v;
     tool->along += drive;

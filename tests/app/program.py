@@ -244,6 +244,56 @@ def test_resume(folder):
     check(not os.path.exists(os.path.join(folder, "empty")), "a refused resume made a directory")
 
 
+TOOLS = """
+time: {end: 30 ms, step: 20 us}
+materials: {glass: {density: 2500 kg/m3, young: 10 MPa, poisson: 0.25}}
+bodies: {grains: {geometry: {box: {size: [0.1 m, 0.1 m, 0.06 m]}}, method: dem, material: glass, dem: {packing: {radius: 8 mm, seed: 3}, bonded: false}}}
+tools:
+  floor: {surface: {file: floor.stl, length_unit: 1 mm}, friction: 0.4, restitution: 0.7}
+  walls: {box: {low: [0 m, 0 m, -0.1 m], size: [0.1 m, 0.1 m, 0.4 m]}, restitution: 0.8}
+  brick: {box: {low: [30 mm, 30 mm, 80 mm], size: [40 mm, 30 mm, 20 mm]}, free: {density: 800 kg/m3, velocity: [0 m/s, 0 m/s, -1 m/s], spin: [3 rad/s, 0 rad/s, 1 rad/s]}, friction: 0.2}
+  platen: {disc: {centre: [50 mm, 50 mm, 64 mm], normal: [0, 0, 1], radius: 45 mm}, push: {axis: [0, 0, -1], force: 20 N, mass: 0.4 kg}, rotation: {axis: [0, 0, 1], speed: 5 rad/s}}
+  roller: {cylinder: {centre: [50 mm, 50 mm, 72 mm], axis: [0, 1, 0], radius: 10 mm, length: 60 mm}, twist: {axis: [0, 1, 0], torque: 0.01 N m, inertia: 0.0001 kg m2}, friction: 0.5, law: hertz}
+conditions: [{gravity: [0 m/s2, 0 m/s2, -9.81 m/s2]}]
+output:
+  history: {every: 1 ms, quantities: [force(floor), torque(roller), work(platen), displacement(platen), displacement(brick), reaction(walls)]}
+  fields: {every: 10 ms, names: [displacement]}
+"""
+
+FLOOR = "solid floor\n" + "".join("facet normal 0 0 1\nouter loop\nvertex %s\nvertex %s\nvertex %s\nendloop\nendfacet\n" % corners for corners in
+                                  [("-10 -10 4", "110 -10 4", "50 50 -16"), ("110 -10 4", "110 110 4", "50 50 -16"), ("110 110 4", "-10 110 4", "50 50 -16"), ("-10 110 4", "-10 -10 4", "50 50 -16")]) + "endsolid floor\n"
+
+
+def test_tools(folder):
+    """Grains on a hollow of triangles between walls, under a free brick, a driven platen and a driven roller: the ledger closes, resumed is the same, faults have a place."""
+    write(folder, "floor.stl", FLOOR)
+    write(folder, "tools.yaml", TOOLS)
+    cleave("run", "tools.yaml", "--output", "whole", cwd=folder)
+    cleave("run", "tools.yaml", "--output", "threads", "--threads", "2", cwd=folder)
+    cleave("run", "tools.yaml", "--output", "parts", "--stop-after", "700", cwd=folder)
+    cleave("run", "tools.yaml", "--output", "parts", "--resume", cwd=folder)
+    same_results(os.path.join(folder, "whole"), os.path.join(folder, "parts"))
+    same_results(os.path.join(folder, "whole"), os.path.join(folder, "threads"))
+    text = read(folder, "whole", "history.csv").decode().splitlines()
+    rows = [dict(zip(text[0].split(","), map(float, line.split(",")))) for line in text[1:]]
+    check(max(row["ledger_error[-]"] for row in rows) < 1e-3, [row["ledger_error[-]"] for row in rows])
+    check(min(row["force(floor).z[N]"] for row in rows) < -0.1, "no grain reached the floor")
+    check("torque(roller).y[N m]" in rows[0] and "work(platen)[J]" in rows[0], text[0])
+    last = rows[-1]["displacement(brick).z[m]"]
+    found = frames(os.path.join(folder, "whole"))
+    brick = [name for name in found if "tool-brick" in name and name.endswith("displacement")]
+    check(len(brick) == 4 and sum("tool-" in name and name.endswith("displacement") for name in found) == 20, brick)
+    check(abs(found[sorted(brick)[-1]][:, 2].mean() - last) < 1e-9, "the brick's picture is not where the brick is")  # the mean of its corners is its centre
+    for old, new, words in (("floor.stl,", "flor.stl,", "flor.stl"), ("force(floor)", "force(xmin)", "is of a tool"), ("density: 800 kg/m3", "mass: 1 kg", "inertia"),
+                            ("radius: 45 mm}, push", "radius: 45 mm}, velocity: {z: 1 m/s}, push", "the force drives it along z"), ("torque: 0.01 N m", "torque: 0.01 N", "torque")):
+        write(folder, "bad.yaml", TOOLS.replace(old, new))
+        said = cleave("run", "bad.yaml", "--output", "bad", cwd=folder, expect=2)
+        check("bad.yaml:" in said and words in said, said)
+    write(folder, "floor.stl", FLOOR.replace("50 50 -16", "nan 50 -16", 1))
+    said = cleave("run", "tools.yaml", "--output", "bad", cwd=folder, expect=2)
+    check("tools.yaml:" in said and "floor.stl:6" in said and "nan" in said, said)
+
+
 def test_interrupt(folder):
     """Ctrl-C: a checkpoint, 130; resumed, the run is the one nobody disturbed."""
     for name, scene, end in (("fem", FEM, "6 ms"), ("dem", DEM, "4 ms")):
