@@ -111,6 +111,8 @@ typedef struct {
   DemModel    dem;
   CouplingSplit split; /* coupled */
   CouplingModel coupling;
+  CouplingSwitch turning; /* NULL unless elements may turn into particles: fem, dem and coupling are then its own, see AppSidesNow() */
+  PetscInt      threads;
   Stepper     stepper;
   AppReadings readings;
 
@@ -121,6 +123,7 @@ typedef struct {
 PetscErrorCode AppCaseRead(MPI_Comm comm, const AppOptions *options, AppCase *c);
 PetscErrorCode AppCaseBuild(AppCase *c, PetscInt threads);
 PetscErrorCode AppCasePack(AppCase *c); /* body -> packing */
+PetscErrorCode AppSidesNow(AppCase *c); /* fem, dem and coupling as they stand after events */
 PetscErrorCode AppCaseDestroy(AppCase *c);
 
 PetscErrorCode AppGeometryRead(AppCase *c);   /* parts, mesh or body, groups */
@@ -185,6 +188,8 @@ typedef struct {
 } AppEnd;
 PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary *run, const AppEnd *end, const char *directory);
 PetscErrorCode AppCracksWrite(AppCase *c, const char *directory); /* cracks.csv and fragments.csv, where the material can break */
+PetscErrorCode AppSwitchesWrite(AppCase *c, const char *directory, AppEnd *end); /* switches.csv, where elements may turn */
+PetscErrorCode AppSwitchesJson(AppCase *c, Json *json);
 PetscErrorCode AppVersionsJson(Json *json);
 void           AppVersionPrint(FILE *out);
 

@@ -167,37 +167,30 @@ static PetscErrorCode RefusePrestress(AppCase *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Both sides of one body and their overlap. */
-static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
+static FemKind CoupledKind(const AppCase *c)
 {
+  return c->dim == 3 ? FEM_SOLID : c->plane_stress ? FEM_PLANE_STRESS : FEM_PLANE_STRAIN;
+}
+
+/* Both sides of a split, not yet set up; c->fem and c->dem are theirs when it returns. */
+static PetscErrorCode MakeSides(void *ctx, const CouplingSplit *split, const DemBody *body, const DemPacking *packing, const DemCells *cells, FemModel *fem, DemModel *dem)
+{
+  AppCase          *c        = ctx;
   const AppPart    *part     = &c->part[0];
   const FemMaterial elements = {part->density, part->young, part->poisson};
   const DemMaterial grains   = {part->density, part->young, part->poisson};
-  const FemKind     kind     = c->dim == 3 ? FEM_SOLID : c->plane_stress ? FEM_PLANE_STRESS : FEM_PLANE_STRAIN;
-  CouplingOptions   options  = {.affine = PETSC_TRUE};
   PetscReal         velocity[3];
-  const char       *word;
   char              path[256];
 
   PetscFunctionBegin;
-  PetscCall(RefusePrestress(c));
-  PetscCall(MeshDestroy(&c->mesh));
-  PetscCall(AppCasePack(c));
-  PetscCall(AppClockBegin(&c->clock, "cells"));
-  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
-  AppCallAt(c->scene, path, DemCellsCreate(&c->body, &c->packing, &c->cells));
-  c->made_cells++;
-  PetscCall(AppClockEnd(&c->clock));
-
-  PetscCall(AppClockBegin(&c->clock, "coupled set-up"));
   PetscCall(InitialVelocity(c, velocity, path));
   PetscCall(FemModelCreate(c->comm, &c->fem));
   c->made_fem++;
-  PetscCall(FemModelSetKind(c->fem, kind, c->thickness));
+  PetscCall(FemModelSetKind(c->fem, CoupledKind(c), c->thickness));
   PetscCall(FemModelSetMethod(c->fem, FEM_EXPLICIT));
-  PetscCall(FemModelSetThreads(c->fem, threads));
+  PetscCall(FemModelSetThreads(c->fem, c->threads));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.geometry", part->name));
-  AppCallAt(c->scene, path, FemModelSetMesh(c->fem, &c->split.fem));
+  AppCallAt(c->scene, path, FemModelSetMesh(c->fem, &split->fem));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.material", part->name));
   AppCallAt(c->scene, path, FemModelAddMaterial(c->fem, "", &elements));
   PetscCall(FemModelSetInitialVelocity(c->fem, velocity));
@@ -206,26 +199,66 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
   PetscCall(DemModelCreate(c->comm, &c->dem));
   c->made_dem++;
   PetscCall(DemModelSetKind(c->dem, c->dim == 3 ? DEM_SOLID : c->plane_stress ? DEM_PLANE_STRESS : DEM_PLANE_STRAIN));
-  PetscCall(DemModelSetThreads(c->dem, threads));
+  PetscCall(DemModelSetThreads(c->dem, c->threads));
   AppCallAt(c->scene, path, DemModelSetMaterial(c->dem, &grains));
   if (part->cohesive) AppCallAt(c->scene, path, DemModelSetStrength(c->dem, &part->strength));
   PetscCall(DemModelSetLocalDamping(c->dem, part->local_damping));
   PetscCall(DemModelSetInitialVelocity(c->dem, velocity));
-  AppCallAt(c->scene, path, DemModelSetBody(c->dem, &c->body, &c->packing, &c->cells));
+  AppCallAt(c->scene, path, DemModelSetBody(c->dem, body, packing, cells));
   PetscCall(AppConditionsApply(c));
+  *fem = c->fem;
+  *dem = c->dem;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-  PetscCall(CouplingModelCreate(c->comm, &c->coupling));
-  c->made_couplings++;
+PetscErrorCode AppSidesNow(AppCase *c)
+{
+  PetscFunctionBegin;
+  if (c->turning && c->stepper.ctx) PetscCall(CouplingSwitchGetSides(c->turning, &c->coupling, &c->fem, &c->dem, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Both sides of one body and their overlap. */
+static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
+{
+  const AppPart    *part     = &c->part[0];
+  const FemMaterial elements = {part->density, part->young, part->poisson};
+  CouplingOptions   options  = {.affine = PETSC_TRUE};
+  const char       *word;
+  char              path[256];
+
+  PetscFunctionBegin;
+  PetscCall(RefusePrestress(c));
+  c->threads = threads;
+  if (!c->turning) PetscCall(MeshDestroy(&c->mesh));
+  PetscCall(AppCasePack(c));
+  PetscCall(AppClockBegin(&c->clock, "cells"));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
+  AppCallAt(c->scene, path, DemCellsCreate(&c->body, &c->packing, &c->cells));
+  c->made_cells++;
+  PetscCall(AppClockEnd(&c->clock));
+
+  PetscCall(AppClockBegin(&c->clock, "coupled set-up"));
   PetscCall(SceneGetReal(c->scene, "coupling.floor", &options.floor));
   PetscCall(SceneGetString(c->scene, "coupling.weights", &word));
   PetscCall(SceneGetInt(c->scene, "coupling.substeps", &options.substeps)); /* auto: 0 */
   options.smooth = strcmp(word, "smoothstep") ? PETSC_FALSE : PETSC_TRUE;
-  AppCallAt(c->scene, "coupling", CouplingModelSetSplit(c->coupling, &c->split, &options));
-  AppCallAt(c->scene, "coupling", CouplingModelSetSides(c->coupling, c->fem, c->dem, &c->packing, &c->cells, &elements, kind, c->thickness));
-  AppCallAt(c->scene, "bodies", CouplingModelSetUp(c->coupling));
-  PetscCall(DemCellsDestroy(&c->cells));
-  PetscCall(DemPackingDestroy(&c->packing));
-  PetscCall(CouplingModelGetStepper(c->coupling, &c->stepper));
+  c->made_couplings++;
+  if (c->turning) { /* packing and cells stay: sleeping particles are theirs */
+    AppCallAt(c->scene, "coupling.switch", CouplingSwitchSetBody(c->turning, &c->body, &c->packing, &c->cells, &elements, &part->strength, CoupledKind(c), c->thickness));
+    AppCallAt(c->scene, "coupling", CouplingSwitchSetUp(c->turning, &options, MakeSides, c));
+    PetscCall(CouplingSwitchGetStepper(c->turning, &c->stepper));
+    PetscCall(AppSidesNow(c));
+  } else {
+    PetscCall(MakeSides(c, &c->split, &c->body, &c->packing, &c->cells, &c->fem, &c->dem));
+    PetscCall(CouplingModelCreate(c->comm, &c->coupling));
+    AppCallAt(c->scene, "coupling", CouplingModelSetSplit(c->coupling, &c->split, &options));
+    AppCallAt(c->scene, "coupling", CouplingModelSetSides(c->coupling, c->fem, c->dem, &c->packing, &c->cells, &elements, CoupledKind(c), c->thickness));
+    AppCallAt(c->scene, "bodies", CouplingModelSetUp(c->coupling));
+    PetscCall(DemCellsDestroy(&c->cells));
+    PetscCall(DemPackingDestroy(&c->packing));
+    PetscCall(CouplingModelGetStepper(c->coupling, &c->stepper));
+  }
   PetscCall(AppClockEnd(&c->clock));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -244,6 +277,12 @@ PetscErrorCode AppCaseDestroy(AppCase *c)
 {
   PetscFunctionBegin;
   PetscCall(AppReadingsDestroy(c));
+  if (c->turning) { /* the sides are its own */
+    PetscCall(CouplingSwitchDestroy(&c->turning));
+    c->coupling = NULL;
+    c->fem      = NULL;
+    c->dem      = NULL;
+  }
   if (c->coupling) PetscCall(CouplingModelDestroy(&c->coupling));
   if (c->fem) PetscCall(FemModelDestroy(&c->fem));
   if (c->dem) PetscCall(DemModelDestroy(&c->dem));

@@ -429,6 +429,7 @@ PetscErrorCode AppSideOf(AppCase *c, const char *path, const char *name, PetscBo
   if (elements && grains)
     PetscCall(SceneFail(c->scene, path, "group '%s' lies in the overlap, or on both sides of it; loads, supports and history of a coupled body are on the elements or on the particles: divide the group, or move the overlap", name));
   *particles = grains ? PETSC_TRUE : PETSC_FALSE;
+  if (c->turning && !grains) PetscCall(CouplingSwitchProtect(c->turning, name)); /* its elements stay elements */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

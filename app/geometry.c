@@ -491,12 +491,35 @@ static PetscErrorCode ReadFemBody(AppCase *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Elements that may turn: what the packing must fill is more than the particles of the start. */
+static PetscErrorCode ReadSwitch(AppCase *c, const char *seed, PetscInt width, const Mesh **region)
+{
+  CouplingSwitchOptions options = {0};
+  const char           *word;
+  PetscBool             has;
+
+  PetscFunctionBegin;
+  PetscCall(SceneGetString(c->scene, "coupling.switch.when", &word));
+  options.when = strcmp(word, "mohr-coulomb") ? COUPLING_RANKINE : COUPLING_MOHR_COULOMB;
+  options.off  = strcmp(word, "never") ? PETSC_FALSE : PETSC_TRUE;
+  PetscCall(SceneGetReal(c->scene, "coupling.switch.at", &options.at));
+  PetscCall(SceneGetReal(c->scene, "coupling.switch.hysteresis", &options.hysteresis));
+  PetscCall(SceneGetInt(c->scene, "coupling.switch.ahead", &options.ahead));
+  PetscCall(SceneHas(c->scene, "coupling.switch.group", &has));
+  if (has) PetscCall(SceneGetString(c->scene, "coupling.switch.group", &options.group));
+  AppCallAt(c->scene, has ? "coupling.switch.group" : "coupling.switch", CouplingSwitchCreate(c->comm, &c->mesh, seed, width, &options, &c->turning));
+  PetscCall(CouplingSwitchGetRegion(c->turning, region));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The whole body's mesh, its elements and what its particles fill. */
 static PetscErrorCode ReadCoupledBody(AppCase *c)
 {
   const char *body = c->part[0].name, *group;
   char        path[256];
   PetscReal   width;
+  const Mesh *region = NULL;
+  PetscBool   turns;
   PetscInt    order;
 
   PetscFunctionBegin;
@@ -516,7 +539,9 @@ static PetscErrorCode ReadCoupledBody(AppCase *c)
   PetscCall(GetString(c->scene, &group, "bodies.%s.dem.group", body));
   Path(path, "bodies.%s.dem.group", body);
   AppCallAt(c->scene, path, CouplingSplitCreate(&c->mesh, group, (PetscInt)width, &c->split));
-  AppCallAt(c->scene, path, DemBodyCreateFromMesh(&c->split.dem, "", c->thickness, &c->body));
+  PetscCall(SceneHas(c->scene, "coupling.switch", &turns));
+  if (turns) PetscCall(ReadSwitch(c, group, (PetscInt)width, &region));
+  AppCallAt(c->scene, path, DemBodyCreateFromMesh(turns ? region : &c->split.dem, "", c->thickness, &c->body));
   c->made_bodies++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

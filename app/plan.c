@@ -157,7 +157,8 @@ PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan)
     PetscCall(SceneGetReal(c->scene, "time.safety", &safety));
     PetscCall(SceneGetReal(c->scene, "time.step", &given));
     PetscCall(c->stepper.stable_step(c->stepper.ctx, &stable)); /* the loop's own */
-    if (c->method == APP_COUPLED) PetscCall(CouplingModelGetCriticalStep(c->coupling, &plan->critical));
+    if (c->turning) PetscCall(CouplingSwitchGetCriticalStep(c->turning, &plan->critical));
+    else if (c->method == APP_COUPLED) PetscCall(CouplingModelGetCriticalStep(c->coupling, &plan->critical));
     else if (c->method == APP_FEM) PetscCall(FemModelGetCriticalStep(c->fem, &plan->critical));
     else PetscCall(DemModelGetCriticalStep(c->dem, &plan->critical));
     PetscCall(PetscSNPrintf(plan->sets, sizeof(plan->sets), "%g x %s", (double)safety,

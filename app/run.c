@@ -311,9 +311,11 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
     PetscCall(PetscStrncpy(end.message, BaseErrorMessage(), sizeof(end.message)));
   } else end.state = EndWord(options, &run, &end.exit_code);
   if (options->resume) PetscCall(SceneWriteResolved(c.scene, path));
+  PetscCall(AppSidesNow(&c));
   PetscCall(AppCracksWrite(&c, directory));
   if (!code) PetscCall(WarnTurn(&c, &end));
   if (!code) PetscCall(WarnOfHaste(&c, &end));
+  PetscCall(AppSwitchesWrite(&c, directory, &end));
   if (!options->no_plots) PetscCall(Plots(&c, directory, &end));
   PetscCall(AppSummaryWrite(&c, &plan, &run, &end, directory));
   if (!options->quiet && !c.rank) printf("%s: results in %s\n", end.state, directory);

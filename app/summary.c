@@ -172,6 +172,7 @@ PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary
   PetscCall(AppPlanJson(c, plan, &json));
   PetscCall(AppCountsJson(c, &json));
   if (run) PetscCall(RunJson(c, run, &json));
+  if (run) PetscCall(AppSwitchesJson(c, &json));
 
   PetscCall(JsonBeginObject(&json, "seconds"));
   for (PetscInt k = 0; k < c->clock.n; k++) PetscCall(JsonReal(&json, c->clock.name[k], c->clock.seconds[k]));

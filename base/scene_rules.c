@@ -466,6 +466,23 @@ static PetscErrorCode CheckElements(Scene scene, SceneNode node, const char *wha
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What turns must be able to break: without a strength there is nothing to be near to. */
+static PetscErrorCode CheckSwitch(Scene scene, SceneNode turn, SceneNode bodies)
+{
+  const SceneNode probes = SceneNodeChild(SceneNodeChild(scene->root, "output"), "probes");
+
+  PetscFunctionBegin;
+  if (!turn) PetscFunctionReturn(PETSC_SUCCESS);
+  if (probes) PetscCall(SceneFaultKey(scene, probes, "a probe follows a point of an element, and with coupling.switch the element may go; take probes out"));
+  for (SceneNode body = bodies->first; body; body = body->next) {
+    const SceneNode name = SceneNodeChild(body, "material"), material = name && name->good ? SceneNodeChild(SceneNodeChild(scene->root, "materials"), name->text) : NULL;
+
+    if (material && !SceneNodeIs(SceneNodeChild(material, "law"), "cohesive"))
+      PetscCall(SceneFaultKey(scene, turn, "elements turn when they near their strength, and material '%.60s' never breaks; give it law: cohesive, or take switch out", material->key));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode SceneRules(Scene scene)
 {
   const SceneNode root = scene->root, bodies = SceneNodeChild(root, "bodies"), materials = SceneNodeChild(root, "materials"), fields = SceneNodeChild(SceneNodeChild(SceneNodeChild(root, "output"), "fields"), "names"), conditions = SceneNodeChild(root, "conditions"), quantities = SceneNodeChild(SceneNodeChild(SceneNodeChild(root, "output"), "history"), "quantities");
@@ -480,6 +497,7 @@ PetscErrorCode SceneRules(Scene scene)
       PetscCall(CheckBody(scene, body));
       coupled = (PetscBool)(coupled || SceneNodeIs(SceneNodeChild(body, "method"), "coupled"));
     }
+    if (coupled) PetscCall(CheckSwitch(scene, SceneNodeChild(coupling, "switch"), bodies));
     if (coupling && !coupled) PetscCall(SceneFaultKey(scene, coupling, "coupling joins elements and particles, and no body has method: coupled; take it out"));
   }
   if (conditions && conditions->kind == NODE_LIST)

@@ -17,7 +17,9 @@ typedef struct {
   PetscInt   dim;
   PetscInt   n_cells;  /* top-dimension cells of fem, in its order */
   PetscInt  *layer;    /* [n_cells] 1 .. width in the overlap, 0 beyond it */
+  PetscInt  *cell;     /* [n_cells] its number among the cells of the whole mesh */
   PetscReal *s;        /* [fem nodes] 0 at the group, 1 at the far side of the overlap and beyond */
+  PetscInt  *node;     /* [fem nodes] its number in the whole mesh */
 } CouplingSplit;
 
 /* Errors: PETSC_ERR_USER_INPUT for a group that is missing, empty, of another dimension, or leaves no elements; an overlap that reaches
@@ -52,3 +54,66 @@ typedef struct {
 
 PetscErrorCode CouplingModelGetReport(CouplingModel model, CouplingReport *report);
 PetscErrorCode CouplingModelDestroy(CouplingModel *model);
+
+/*
+  Elements that turn into particles while the run goes on.  Section 8 of docs/theory.md
+
+  The region that may turn has its packing and cells from the start; particles sleep until the elements around them near their
+  strength, and cost nothing until then. At each event both sides are built anew for the new split by the caller's function, and
+  the state is handed over. What the object gives out is a Stepper like any other.
+*/
+typedef struct _p_CouplingSwitch *CouplingSwitch;
+
+typedef enum { COUPLING_RANKINE, COUPLING_MOHR_COULOMB } CouplingCriterion;
+
+typedef struct {
+  CouplingCriterion when;
+  PetscReal         at;         /* fraction of the strength at which an element turns, in (0, 1) */
+  PetscReal         hysteresis; /* an event takes along elements above (1 - hysteresis) at, in [0, 1) */
+  PetscInt          ahead;      /* and so many rings of elements around those that reached `at` */
+  const char       *group;      /* cells that may turn; NULL = all of the body */
+  PetscBool         off;        /* never: the elements stay what they are, for comparison */
+} CouplingSwitchOptions;
+
+/* Makes both sides of a split, not yet set up: mesh, material, damping, conditions, history, always the same but for the split. The body is for DemModelSetBody(). */
+typedef PetscErrorCode (*CouplingMakeSides)(void *ctx, const CouplingSplit *split, const DemBody *body, const DemPacking *packing, const DemCells *cells, FemModel *fem, DemModel *dem);
+
+/* seed: the group that is particles from the start. whole is borrowed for the object's life. */
+PetscErrorCode CouplingSwitchCreate(MPI_Comm comm, const Mesh *whole, const char *seed, PetscInt width, const CouplingSwitchOptions *options, CouplingSwitch *sw);
+PetscErrorCode CouplingSwitchGetRegion(CouplingSwitch sw, const Mesh **region); /* what the packing must fill */
+/* A group of the elements that conditions or history speak of: its elements stay, and stay out of the overlap. Before set-up. */
+PetscErrorCode CouplingSwitchProtect(CouplingSwitch sw, const char *group);
+/* All borrowed for the object's life. strength: of the shared material, for the criterion. */
+PetscErrorCode CouplingSwitchSetBody(CouplingSwitch sw, const DemBody *body, const DemPacking *packing, const DemCells *cells, const FemMaterial *material, const DemStrength *strength, FemKind kind, PetscReal thickness);
+PetscErrorCode CouplingSwitchSetUp(CouplingSwitch sw, const CouplingOptions *options, CouplingMakeSides make, void *ctx);
+PetscErrorCode CouplingSwitchGetCriticalStep(CouplingSwitch sw, PetscReal *dt); /* also of everything that may turn */
+PetscErrorCode CouplingSwitchGetStepper(CouplingSwitch sw, Stepper *stepper);
+/* Both sides as they stand; they change with every event. Any pointer may be NULL. */
+PetscErrorCode CouplingSwitchGetSides(CouplingSwitch sw, CouplingModel *model, FemModel *fem, DemModel *dem, const CouplingSplit **split);
+/* Turns cells [n] of the whole mesh at the present instant, whatever their stress; cells that may not turn are left out. dt: the Stepper's step. */
+PetscErrorCode CouplingSwitchConvert(CouplingSwitch sw, PetscInt n, const PetscInt cell[], PetscReal dt);
+
+/* One event. Energies [J] just before and just after; booked = before - after, all terms less work. */
+typedef struct {
+  PetscReal time;
+  PetscInt  cells, particles;         /* turned; woken */
+  PetscReal before[LEDGER_TERMS], after[LEDGER_TERMS], booked;
+  PetscReal highest;                  /* criterion of the cell that asked */
+  PetscInt  above;                    /* bonds above their strength just then that can break from now on */
+  PetscInt  by_bond;                  /* 1: a bond of the overlap asked */
+  PetscReal seconds;                  /* of wall clock */
+} CouplingEvent;
+
+typedef struct {
+  PetscInt             n_events;
+  const CouplingEvent *event;   /* [n_events] on loan until the next step */
+  PetscInt             cells, particles, sleeping; /* turned so far; awake; asleep */
+  PetscReal            booked;  /* sum over events [J] */
+  PetscReal            bond_steps, element_steps, looks; /* advanced so far, by this process */
+  PetscInt             blocked; /* cell that reached `at` but may not turn, -1 none yet */
+  PetscReal            blocked_time;
+  PetscInt             every;   /* steps between looks */
+} CouplingSwitchReport;
+
+PetscErrorCode CouplingSwitchGetReport(CouplingSwitch sw, CouplingSwitchReport *report);
+PetscErrorCode CouplingSwitchDestroy(CouplingSwitch *sw);

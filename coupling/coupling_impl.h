@@ -53,6 +53,8 @@ struct _p_CouplingModel {
   PetscInt       substeps;  /* particle steps in one step of the outer elements; the Stepper's step is the latter */
   PetscReal      limit;     /* largest step of the particles [s] */
   PetscReal      dt;        /* particles' step, which P belongs to; 0 = none yet */
+  PetscReal      given;     /* particles' step of a run that goes on, whose Stepper's step is a multiple that substeps must divide; 0 = none */
+  PetscReal      body_mass[4]; /* [kg], [kg m] mass and first moments of both sides together; 0 = not held to */
   CouplingReport report;
 
   Stepper    fem_stepper, dem_stepper;
@@ -60,6 +62,11 @@ struct _p_CouplingModel {
   const char **history_name, **history_unit;
 };
 
+/* coupling_split.c */
+PetscErrorCode CouplingGroupCells_Internal(const Mesh *whole, const char *name, PetscBool is_dem[]);
+PetscErrorCode CouplingRings_Internal(const Mesh *whole, const PetscBool marked[], PetscInt width, PetscInt ring[], PetscInt reach[]);
+PetscErrorCode CouplingSplitCells_Internal(const Mesh *whole, const PetscBool marked[], const char *name, PetscInt width, CouplingSplit *split);
+PetscErrorCode CouplingRegion_Internal(const Mesh *whole, const PetscBool marked[], PetscInt width, Mesh *region);
 /* coupling_locate.c */
 PetscErrorCode CouplingShapes_Internal(MeshCellType type, const PetscReal *x, PetscInt dim, const PetscReal point[3], PetscReal N[FEM_MAX_NODES], PetscReal dN[FEM_MAX_NODES][3], PetscReal *outside);
 PetscErrorCode CouplingLocate_Internal(CouplingModel model, const PetscReal point[3], PetscReal tolerance, PetscBool *found, CouplingPoint *at);
@@ -75,6 +82,7 @@ PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, P
 PetscErrorCode CouplingRimForces_Internal(CouplingModel model); /* adds the rim's to model->g */
 /* coupling_substep.c */
 PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model);
+PetscErrorCode CouplingStart_Internal(CouplingModel model, PetscReal dt); /* forces of the present state for the particles' step dt */
 
 /* f[dim] += scale B^T s: nodal force of stress s (Voigt) where the node's shape function has gradient g */
 static inline void CouplingNodeForce(PetscInt dim, const PetscReal g[3], const PetscReal *s, PetscReal scale, PetscReal *f)

@@ -65,13 +65,83 @@ static PetscErrorCode ElementShares(CouplingModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* c = A^-1 b of a small positive system, by elimination; overwrites both. */
+static void SolveSmall(PetscInt n, PetscReal A[4][4], PetscReal b[4])
+{
+  for (PetscInt i = 0; i < n; i++)
+    for (PetscInt j = i + 1; j < n; j++) {
+      const PetscReal f = A[j][i] / A[i][i];
+
+      for (PetscInt k = i; k < n; k++) A[j][k] -= f * A[i][k];
+      b[j] -= f * b[i];
+    }
+  for (PetscInt i = n - 1; i >= 0; i--) {
+    for (PetscInt k = i + 1; k < n; k++) b[i] -= A[i][k] * b[k];
+    b[i] /= A[i][i];
+  }
+}
+
+/*
+  What both sides together weigh too little, and where: 1 - alpha is taken at the particles' centres. It goes to the overlap's nodes.  Eq. (8.5)
+
+  M_I <- M_I (1 + a + b.x): mass and first moments of the body come out exactly, so that uniform motion knows nothing of a split.
+*/
+static PetscErrorCode HoldMass(CouplingModel model, PetscReal density, const PetscReal particles[4], PetscReal *extra)
+{
+  const Mesh    *mesh = CouplingMesh(model);
+  const PetscInt n = model->dim + 1;
+  PetscReal     *mass, A[4][4] = {{0}}, c[4], centre[3] = {0}, size = 0, overlap = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(mesh->n_nodes, &mass));
+  PetscCall(PetscArraycpy(mass, extra, mesh->n_nodes));
+  for (PetscInt t = 0; t < model->n_top; t++) {
+    const PetscInt  cell = model->top[t], first = mesh->start[cell], nodes = mesh->start[cell + 1] - first;
+    const FemShape *shape = FemShapeGet(mesh->type[cell]);
+    PetscReal       x[FEM_MAX_DOFS], dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], m[FEM_MAX_NODES];
+
+    for (PetscInt a = 0; a < nodes; a++)
+      for (PetscInt d = 0; d < model->dim; d++) x[a * model->dim + d] = mesh->x[3 * mesh->node[first + a] + d];
+    (void)FemGradients(shape, x, model->thickness, dN, w);
+    FemLumpedMass(shape, density * model->alpha[t], w, m);
+    for (PetscInt a = 0; a < nodes; a++) mass[mesh->node[first + a]] += m[a];
+  }
+  for (PetscInt i = 0; i < mesh->n_nodes; i++) {
+    if (model->split->s[i] >= 1) continue;
+    overlap += mass[i];
+    for (PetscInt d = 0; d < model->dim; d++) centre[d] += mass[i] * mesh->x[3 * i + d];
+  }
+  for (PetscInt d = 0; d < model->dim; d++) centre[d] /= overlap;
+  for (PetscInt i = 0; i < mesh->n_nodes; i++)
+    for (PetscInt d = 0; d < model->dim && model->split->s[i] < 1; d++) size = PetscMax(size, PetscAbsReal(mesh->x[3 * i + d] - centre[d]));
+  c[0] = model->body_mass[0] - particles[0];
+  for (PetscInt d = 0; d < model->dim; d++) c[1 + d] = (model->body_mass[1 + d] - particles[1 + d] - centre[d] * c[0]) / size;
+  for (PetscInt i = 0; i < mesh->n_nodes; i++) {
+    PetscReal p[4] = {1};
+
+    for (PetscInt d = 0; d < model->dim; d++) p[1 + d] = (mesh->x[3 * i + d] - centre[d]) / size;
+    for (PetscInt j = 0; j < n; j++) {
+      c[j] -= mass[i] * p[j];
+      for (PetscInt k = 0; k < n && model->split->s[i] < 1; k++) A[j][k] += mass[i] * p[j] * p[k];
+    }
+  }
+  SolveSmall(n, A, c);
+  for (PetscInt i = 0; i < mesh->n_nodes; i++) {
+    if (model->split->s[i] >= 1) continue;
+    extra[i] += mass[i] * c[0];
+    for (PetscInt d = 0; d < model->dim; d++) extra[i] += mass[i] * c[1 + d] * (mesh->x[3 * i + d] - centre[d]) / size;
+  }
+  PetscCall(PetscFree(mass));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
   Mass of the elements' nodes: rho int alpha N_a, not the element's mean alpha on all of its nodes alike
 
   Together with the particles' 1 - alpha the density is then the same throughout. With the means alone an overlap of two elements
   sent back five times more of a wave of 8 h (test_wave).
 */
-static PetscErrorCode NodeMasses(CouplingModel model, PetscReal density)
+static PetscErrorCode NodeMasses(CouplingModel model, PetscReal density, const PetscReal particles[4])
 {
   const Mesh *mesh = CouplingMesh(model);
   PetscReal  *extra;
@@ -107,6 +177,7 @@ static PetscErrorCode NodeMasses(CouplingModel model, PetscReal density)
     }
     for (PetscInt a = 0; a < n; a++) extra[at.node[a]] += density * w[0] / n * (corner[a] - sum / n) / (n + 1);
   }
+  if (model->body_mass[0] > 0) PetscCall(HoldMass(model, density, particles, extra));
   PetscCall(FemModelSetExtraMass(model->fem, extra));
   PetscCall(PetscFree(extra));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -195,7 +266,7 @@ static PetscErrorCode AffineForces(CouplingModel model, const DemPacking *packin
 PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel dem, const DemPacking *packing, const DemCells *cells, const FemMaterial *material, FemKind kind, PetscReal thickness)
 {
   const PetscInt n = packing->n;
-  PetscReal     *wm, *wp, *wf; /* of mass, of volumetric energy, of a facet's pair energy */
+  PetscReal     *wm, *wp, *wf, particles[4] = {0}; /* of mass, of volumetric energy, of a facet's pair energy; [kg], [kg m] */
   PetscInt      *row, rim_face = -1;
   PetscBool     *breakable;
 
@@ -241,7 +312,13 @@ PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel
     model->overlap_bonds++;
   }
   PetscCall(FemModelSetCellWeights(fem, model->alpha));
-  PetscCall(NodeMasses(model, material->density));
+  for (PetscInt p = 0; p < n; p++) {
+    const PetscReal m = material->density * cells->volume[p] * wm[p];
+
+    particles[0] += m;
+    for (PetscInt d = 0; d < model->dim; d++) particles[1 + d] += m * packing->x[3 * p + d];
+  }
+  PetscCall(NodeMasses(model, material->density, particles));
   PetscCall(DemModelSetWeights(dem, wm, wp, wf));
   PetscCall(DemModelSetBreakable(dem, breakable));
   PetscCall(DemModelSetRim(dem, COUPLING_RIM));

@@ -1,5 +1,5 @@
 /* coupling_split.c - which cells become particles, which stay elements, which are both. */
-#include "coupling.h"
+#include "coupling_impl.h"
 
 static PetscBool InGroup(const MeshGroup *group, PetscInt cell)
 {
@@ -161,14 +161,12 @@ static PetscErrorCode AddRim(const Mesh *whole, const PetscBool *is_dem, const P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CouplingSplitCreate(const Mesh *whole, const char *name, PetscInt width, CouplingSplit *split)
+/* Marks the cells of the named group; refuses one that is missing, of another dimension, or the whole body. */
+PetscErrorCode CouplingGroupCells_Internal(const Mesh *whole, const char *name, PetscBool is_dem[])
 {
   const MeshGroup *group = NULL;
-  PetscInt        *reach, *layer, *map, elements = 0, far = 0;
-  PetscBool       *keep, *is_dem;
 
   PetscFunctionBegin;
-  PetscCall(PetscMemzero(split, sizeof(*split)));
   for (PetscInt g = 0; g < whole->n_groups; g++)
     if (!strcmp(whole->group[g].name, name)) group = &whole->group[g];
   if (!group) {
@@ -181,71 +179,141 @@ PetscErrorCode CouplingSplitCreate(const Mesh *whole, const char *name, PetscInt
     SETERRQ(PETSC_COMM_SELF, PETSC_ERR_USER_INPUT, "%s has no group '%s' to fill with particles%s%s%s", whole->source, name, near ? "; did you mean '" : "", near ? near : "", near ? "'?" : "");
   }
   BaseCheckInput(group->dim == whole->dim, PETSC_COMM_SELF, "Group '%s' of %s has dimension %" PetscInt_FMT "; particles fill a group of dimension %" PetscInt_FMT, name, whole->source, group->dim, whole->dim);
-  BaseCheckInput(width >= 1, PETSC_COMM_SELF, "The overlap must be at least one element wide, not %" PetscInt_FMT, width);
+  for (PetscInt c = 0; c < whole->n_cells; c++) is_dem[c] = (PetscBool)(is_dem[c] || (MeshCellDim(whole->type[c]) == whole->dim && InGroup(group, c)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-  split->dim = whole->dim;
-  PetscCall(PetscMalloc5(whole->n_nodes, &reach, whole->n_cells, &layer, whole->n_cells, &map, whole->n_cells, &keep, whole->n_cells, &is_dem));
+/* Rings of cells around the marked ones, by shared nodes: ring [cells] 0 marked, 1 .. width, -1 beyond; reach [nodes] likewise, PETSC_MAX_INT beyond. */
+PetscErrorCode CouplingRings_Internal(const Mesh *whole, const PetscBool marked[], PetscInt width, PetscInt ring[], PetscInt reach[])
+{
+  PetscFunctionBegin;
   for (PetscInt i = 0; i < whole->n_nodes; i++) reach[i] = PETSC_MAX_INT;
   for (PetscInt c = 0; c < whole->n_cells; c++) {
-    is_dem[c] = PETSC_FALSE;
-    layer[c]  = -1;
-    if (MeshCellDim(whole->type[c]) != whole->dim) continue;
-    BaseCheckInput(whole->type[c] == MESH_TRI3 || whole->type[c] == MESH_QUAD4 || whole->type[c] == MESH_TET4 || whole->type[c] == MESH_HEX8, PETSC_COMM_SELF,
-                   "%s: element %" PetscInt_FMT " is of a type a coupled body does not cover yet; use linear triangles, quadrilaterals, tetrahedra or hexahedra", whole->source, whole->cell_id[c]);
-    if (InGroup(group, c)) {
-      is_dem[c] = PETSC_TRUE;
-      for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) reach[whole->node[k]] = 0;
-    } else elements++;
+    ring[c] = -1;
+    if (MeshCellDim(whole->type[c]) != whole->dim || !marked[c]) continue;
+    ring[c] = 0;
+    for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) reach[whole->node[k]] = 0;
   }
-  BaseCheckInput(elements > 0, PETSC_COMM_SELF, "Group '%s' is the whole body: nothing is left for elements; use method: dem", name);
-  for (PetscInt ring = 1; ring <= width; ring++)
+  for (PetscInt r = 1; r <= width; r++)
     for (PetscInt c = 0; c < whole->n_cells; c++) {
       PetscBool touches = PETSC_FALSE;
 
-      if (MeshCellDim(whole->type[c]) != whole->dim || is_dem[c]) continue;
-      if (layer[c] > 0) continue;
-      for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) touches = (PetscBool)(touches || reach[whole->node[k]] == ring - 1);
-      if (touches) layer[c] = ring;
-      if (touches)
-        for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) reach[whole->node[k]] = PetscMin(reach[whole->node[k]], ring);
+      if (MeshCellDim(whole->type[c]) != whole->dim || ring[c] >= 0) continue;
+      for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) touches = (PetscBool)(touches || reach[whole->node[k]] == r - 1);
+      if (!touches) continue;
+      ring[c] = r;
+      for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) reach[whole->node[k]] = PetscMin(reach[whole->node[k]], r);
     }
-  /* elements that keep both; lower-dimension cells go with the nodes they stand on */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds to keep[], which marks top-dimension cells, the cells of lower dimension that stand on their nodes. */
+static PetscErrorCode KeepFaces(const Mesh *whole, PetscBool keep[])
+{
+  PetscBool *has;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(whole->n_nodes, &has));
   for (PetscInt c = 0; c < whole->n_cells; c++)
-    if (MeshCellDim(whole->type[c]) == whole->dim && !is_dem[c] && layer[c] < 0) far++;
+    for (PetscInt k = whole->start[c]; MeshCellDim(whole->type[c]) == whole->dim && keep[c] && k < whole->start[c + 1]; k++) has[whole->node[k]] = PETSC_TRUE;
+  for (PetscInt c = 0; c < whole->n_cells; c++) {
+    if (MeshCellDim(whole->type[c]) == whole->dim) continue;
+    keep[c] = PETSC_TRUE;
+    for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) keep[c] = (PetscBool)(keep[c] && has[whole->node[k]]);
+  }
+  PetscCall(PetscFree(has));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CheckTypes(const Mesh *whole)
+{
+  PetscFunctionBegin;
+  for (PetscInt c = 0; c < whole->n_cells; c++) {
+    if (MeshCellDim(whole->type[c]) != whole->dim) continue;
+    BaseCheckInput(whole->type[c] == MESH_TRI3 || whole->type[c] == MESH_QUAD4 || whole->type[c] == MESH_TET4 || whole->type[c] == MESH_HEX8, PETSC_COMM_SELF,
+                   "%s: element %" PetscInt_FMT " is of a type a coupled body does not cover yet; use linear triangles, quadrilaterals, tetrahedra or hexahedra", whole->source, whole->cell_id[c]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Particles alone in the marked cells. name: for messages. */
+PetscErrorCode CouplingSplitCells_Internal(const Mesh *whole, const PetscBool marked[], const char *name, PetscInt width, CouplingSplit *split)
+{
+  PetscInt  *reach, *layer, *map, elements = 0, far = 0;
+  PetscBool *keep;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(split, sizeof(*split)));
+  BaseCheckInput(width >= 1, PETSC_COMM_SELF, "The overlap must be at least one element wide, not %" PetscInt_FMT, width);
+  PetscCall(CheckTypes(whole));
+  split->dim = whole->dim;
+  PetscCall(PetscMalloc4(whole->n_nodes, &reach, whole->n_cells, &layer, whole->n_cells, &map, whole->n_cells, &keep));
+  PetscCall(CouplingRings_Internal(whole, marked, width, layer, reach));
+  for (PetscInt c = 0; c < whole->n_cells; c++) {
+    if (MeshCellDim(whole->type[c]) != whole->dim) continue;
+    elements += layer[c] != 0;
+    far += layer[c] < 0;
+  }
+  BaseCheckInput(elements > 0, PETSC_COMM_SELF, "Group '%s' is the whole body: nothing is left for elements; use method: dem", name);
   BaseCheckInput(far > 0, PETSC_COMM_SELF, "The overlap, %" PetscInt_FMT " elements wide, swallows the whole far field of '%s'; use smaller elements or a narrower overlap", width, name);
 
   for (PetscInt pass = 0; pass < 2; pass++) { /* elements, then particles */
-    PetscBool *has;
-
-    PetscCall(PetscCalloc1(whole->n_nodes, &has));
-    for (PetscInt c = 0; c < whole->n_cells; c++) {
-      if (MeshCellDim(whole->type[c]) != whole->dim) continue;
-      keep[c] = (PetscBool)(pass == 0 ? !is_dem[c] : (is_dem[c] || layer[c] > 0));
-      if (keep[c])
-        for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) has[whole->node[k]] = PETSC_TRUE;
-    }
-    for (PetscInt c = 0; c < whole->n_cells; c++) {
-      if (MeshCellDim(whole->type[c]) == whole->dim) continue;
-      keep[c] = PETSC_TRUE;
-      for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) keep[c] = (PetscBool)(keep[c] && has[whole->node[k]]);
-    }
-    PetscCall(PetscFree(has));
+    for (PetscInt c = 0; c < whole->n_cells; c++) keep[c] = (PetscBool)(MeshCellDim(whole->type[c]) == whole->dim && (pass == 0 ? layer[c] != 0 : layer[c] >= 0));
+    PetscCall(KeepFaces(whole, keep));
     PetscCall(SubMesh(whole, keep, pass == 0 ? &split->fem : &split->dem, map));
     if (pass == 0) {
-      PetscCall(PetscMalloc1(split->fem.n_cells, &split->layer));
-      PetscCall(PetscMalloc1(split->fem.n_nodes, &split->s));
+      PetscCall(PetscMalloc2(split->fem.n_cells, &split->layer, split->fem.n_cells, &split->cell));
+      PetscCall(PetscMalloc2(split->fem.n_nodes, &split->s, split->fem.n_nodes, &split->node));
       for (PetscInt c = 0; c < whole->n_cells; c++) {
         if (map[c] < 0) continue;
-        if (MeshCellDim(whole->type[c]) == whole->dim) split->layer[split->n_cells++] = PetscMax(layer[c], 0);
-        for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++)
-          split->s[split->fem.node[split->fem.start[map[c]] + k - whole->start[c]]] = PetscMin(1, (PetscReal)PetscMin(reach[whole->node[k]], width) / width);
+        if (MeshCellDim(whole->type[c]) == whole->dim) {
+          split->cell[split->n_cells]    = c;
+          split->layer[split->n_cells++] = PetscMax(layer[c], 0);
+        }
+        for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) {
+          const PetscInt i = split->fem.node[split->fem.start[map[c]] + k - whole->start[c]];
+
+          split->s[i]    = PetscMin(1, (PetscReal)PetscMin(reach[whole->node[k]], width) / width);
+          split->node[i] = whole->node[k];
+        }
       }
     } else {
-      for (PetscInt c = 0; c < whole->n_cells; c++) is_dem[c] = (PetscBool)(map[c] >= 0);
-      PetscCall(AddRim(whole, is_dem, map, &split->dem));
+      for (PetscInt c = 0; c < whole->n_cells; c++) keep[c] = (PetscBool)(map[c] >= 0);
+      PetscCall(AddRim(whole, keep, map, &split->dem));
     }
   }
-  PetscCall(PetscFree5(reach, layer, map, keep, is_dem));
+  PetscCall(PetscFree4(reach, layer, map, keep));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The mesh of the marked cells and `width` rings around them, with the face COUPLING_RIM where the body goes on. */
+PetscErrorCode CouplingRegion_Internal(const Mesh *whole, const PetscBool marked[], PetscInt width, Mesh *region)
+{
+  PetscInt  *reach, *ring, *map;
+  PetscBool *keep;
+
+  PetscFunctionBegin;
+  PetscCall(CheckTypes(whole));
+  PetscCall(PetscMalloc4(whole->n_nodes, &reach, whole->n_cells, &ring, whole->n_cells, &map, whole->n_cells, &keep));
+  PetscCall(CouplingRings_Internal(whole, marked, width, ring, reach));
+  for (PetscInt c = 0; c < whole->n_cells; c++) keep[c] = (PetscBool)(ring[c] >= 0);
+  PetscCall(KeepFaces(whole, keep));
+  PetscCall(SubMesh(whole, keep, region, map));
+  for (PetscInt c = 0; c < whole->n_cells; c++) keep[c] = (PetscBool)(map[c] >= 0);
+  PetscCall(AddRim(whole, keep, map, region));
+  PetscCall(PetscFree4(reach, ring, map, keep));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingSplitCreate(const Mesh *whole, const char *name, PetscInt width, CouplingSplit *split)
+{
+  PetscBool *marked;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(whole->n_cells, &marked));
+  PetscCall(CouplingGroupCells_Internal(whole, name, marked));
+  PetscCall(CouplingSplitCells_Internal(whole, marked, name, width, split));
+  PetscCall(PetscFree(marked));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -254,7 +322,7 @@ PetscErrorCode CouplingSplitDestroy(CouplingSplit *split)
   PetscFunctionBegin;
   PetscCall(MeshDestroy(&split->fem));
   PetscCall(MeshDestroy(&split->dem));
-  PetscCall(PetscFree(split->layer));
-  PetscCall(PetscFree(split->s));
+  PetscCall(PetscFree2(split->layer, split->cell));
+  PetscCall(PetscFree2(split->s, split->node));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -28,6 +28,16 @@ static PetscErrorCode GiveNodes(CouplingModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode CouplingStart_Internal(CouplingModel model, PetscReal dt)
+{
+  PetscFunctionBegin;
+  model->dt = dt; /* the springs belong to the step: P = c / dt^2 */
+  PetscCall(CouplingForces_Internal(model));
+  PetscCall(DemModelComputeForces(model->dem));
+  PetscCall(GiveNodes(model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* One step of the outer elements: m of the particles, the overlap and what steps with it.  Eq. (6.10) */
 static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal macro)
 {
@@ -36,12 +46,7 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal macro)
   const PetscReal dt    = macro / m;
 
   PetscFunctionBegin;
-  if (model->dt != dt) { /* the springs belong to the step: P = c / dt^2 */
-    model->dt = dt;
-    PetscCall(CouplingForces_Internal(model));
-    PetscCall(DemModelComputeForces(model->dem));
-    PetscCall(GiveNodes(model));
-  }
+  if (model->dt != dt) PetscCall(CouplingStart_Internal(model, dt));
   for (PetscInt k = 0; k < m; k++) {
     if (m == 1) PetscCall(model->fem_stepper.step(model->fem, t, dt));
     else PetscCall(FemModelSubStep(model->fem, t + k * dt, dt, k));

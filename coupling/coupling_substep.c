@@ -207,6 +207,36 @@ static PetscErrorCode Largest(CouplingModel model, const PetscBool *inner, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+  A run that goes on over a new split keeps its step: the most sub-steps that divide options.substeps and pass the trial
+
+  With fewer of them the Stepper takes its step in as many parts. The particles' step is model->given.
+*/
+static PetscErrorCode KeepStep(CouplingModel model)
+{
+  const PetscInt whole = model->options.substeps;
+  PetscReal      outer;
+  PetscInt       outside;
+  PetscBool     *inner, stable = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  BaseCheckInput(model->given <= model->limit * (1 + 1e-12), model->comm, "After elements turned into particles the particles' step must be at most %.4g s, and the run's is %.4g s; give a smaller time.step or time.safety", (double)model->limit,
+                 (double)model->given);
+  if (whole <= 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(model->n_top, &inner));
+  PetscCall(InnerCells(model, inner, &outside));
+  if (outside > 0) PetscCall(FemModelSetInnerCells(model->fem, inner, 2, &outer));
+  for (PetscInt m = whole; m > 1 && outside > 0 && !stable; m--) {
+    if (whole % m || m * model->given > MARGIN * outer) continue;
+    PetscCall(FemModelSetInnerCells(model->fem, inner, m, NULL));
+    PetscCall(IsStable(model, m, model->given, &stable));
+    if (stable) model->substeps = m;
+  }
+  if (!stable) PetscCall(FemModelSetInnerCells(model->fem, inner, 1, NULL));
+  PetscCall(PetscFree(inner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model)
 {
   const PetscInt asked = model->options.substeps;
@@ -219,6 +249,10 @@ PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model)
   PetscCall(DemModelGetCriticalStep(model->dem, &dem));
   model->limit    = 0.5 * PetscSqrtReal(3) * PetscMin(fem, dem);
   model->substeps = 1;
+  if (model->given > 0) {
+    PetscCall(KeepStep(model));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   BaseCheckInput(asked >= 0, model->comm, "substeps: %" PetscInt_FMT " is no number of particle steps; give 1 or more, or auto", asked);
   PetscCall(FemModelGetLocalDamping(model->fem, &local));
   BaseCheckInput(asked <= 1 || local == 0, model->comm, "substeps: %" PetscInt_FMT " and local_damping %.4g do not go together: elements stepping in impulses are never without net force, which this damping would take for motion; use mass_damping, or 1", asked, (double)local);

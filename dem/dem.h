@@ -153,6 +153,12 @@ PetscErrorCode DemModelGetRim(DemModel model, DemRim *rim);
 PetscErrorCode DemModelAdvance(DemModel model, PetscReal t, PetscReal dt);
 PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt);
 
+/* Goes on where `from` stands, at the same instant, with more particles of one packing. particle [n]: from's number of each of the packing's, -1 = new; facet
+   likewise, of the cells. After set-up, before the first step; the caller then gives new particles their state and asks for forces. */
+PetscErrorCode DemModelContinue(DemModel model, DemModel from, const PetscInt particle[], const PetscInt facet[]);
+PetscErrorCode DemModelGetTime(DemModel model, PetscReal *t); /* of the present state [s] */
+PetscErrorCode DemModelGetTractions(DemModel model, PetscInt n, const PetscInt facet[], PetscReal traction[], PetscReal normal[]); /* [n][3] [Pa], unweighted */
+
 PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks);
 /* One row per bond, on loan until the next call. */
 typedef struct {

@@ -385,6 +385,10 @@ PetscErrorCode DemModelComputeForces(DemModel model)
   DemFacesSetTime_Internal(model, model->time);
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
   if (model->contacts.on) PetscCall(DemContactsForce_Internal(model, 0));
+  if (model->started && model->walls.n) { /* what the next step's work starts from */
+    DemFacesReactions_Internal(model);
+    (void)DemTractionWork_Internal(model, NULL, model->traction_new);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

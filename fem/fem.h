@@ -115,4 +115,6 @@ PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], Pe
 PetscErrorCode FemModelSubStep(FemModel model, PetscReal t, PetscReal dt, PetscInt k);
 /* Forces [N] of a displacement alone, [nodes][dim]: impulses of the macro step H, forces of the sub-steps; mobility [1/kg], 0 = prescribed. */
 PetscErrorCode FemModelSubForces(FemModel model, PetscReal H, const PetscReal *u, PetscReal *slow, PetscReal *fast, PetscReal *mobility);
+/* Goes on where `from` stands, at the same instant, with fewer elements: node i is node[i] of from. After set-up, before the first step; explicit, one rank. */
+PetscErrorCode FemModelContinue(FemModel model, FemModel from, const PetscInt node[]);
 PetscErrorCode FemModelDestroy(FemModel *model);

@@ -168,7 +168,7 @@ static const struct {
   {6,  "    poisson: 0.2\n    softening: {bilinear: {knee_stress: 2, knee_opening: 0.5}}", "7:41", "knee_stress is 2, out of range"                        },
   {15, "coupling: {width: 2 m}",                    "15:19", "width: 2 m is a length; width wants elements, e.g. 2 elements"                          },
   {15, "coupling: {width: 2 elements}",             "15:1",  "coupling joins elements and particles, and no body has method: coupled; take it out"    },
-  {15, "coupling: {switch: {at: 0.7}}",             "15:12", "switch is not covered yet, see docs/not-yet.md"                                         },
+  {15, "coupling: {switch: {at: 1.2}}",             "15:25", "at is 1.2, out of range"                                                                },
   /* coupled bodies */
   {10, "    method: coupled",                       "8:3",   "block has no 'dem'; add it"                                                             },
   {10, "    method: coupled",                       "9:5",   "a coupled body needs a geometry file with a physical group for its particles"           },

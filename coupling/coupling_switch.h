@@ -1,0 +1,95 @@
+/* coupling_switch.h - inside a CouplingSwitch. */
+#pragma once
+#include "coupling_impl.h"
+
+#define COUPLING_DOFS 24  /* of a linear element */
+#define COUPLING_WAKE 0.4 /* bonds of the overlap are looked at where the elements pass this fraction of their strength, as DEM_STRESS_WAKE */
+
+/* What never changes: the body, its packing, and where it lies in the mesh. All borrowed. */
+typedef struct {
+  const Mesh       *mesh;
+  const DemBody    *body;
+  const DemPacking *packing;
+  const DemCells   *cells;
+  PetscInt         *home;       /* [packing->n] cell of the mesh that holds the particle's centre; owned */
+  PetscInt         *facet_home; /* [cells->n_facets] and the facet's centroid, -1 outside all; owned */
+} CouplingWhole;
+
+/* The particles awake at a time. */
+typedef struct {
+  DemPacking packing;
+  DemCells   cells;
+  PetscInt  *particle; /* [packing.n] number in the whole packing, ascending */
+  PetscInt  *facet;    /* [cells.n_facets] number among the whole's facets */
+} CouplingCarved;
+
+/* Both sides of one split. */
+typedef struct {
+  CouplingSplit  split;
+  CouplingCarved carved;
+  FemModel       fem;
+  DemModel       dem;
+  CouplingModel  model;
+  Stepper        stepper;
+  PetscInt       n_watched, *watched; /* bonds of the overlap that cannot break: facets of carved.cells */
+  PetscInt      *top_of;              /* [cells of the whole mesh] element of the split, -1 */
+  PetscReal     *gradient;            /* [split.n_cells][COUPLING_DOFS] mean gradients of the shape functions [1/m] */
+} CouplingHalves;
+
+struct _p_CouplingSwitch {
+  MPI_Comm              comm;
+  const Mesh           *whole;
+  PetscInt              width;
+  CouplingSwitchOptions options;
+  CouplingOptions       coupling;
+  char                  seed[128];
+  Mesh                  region;
+  CouplingWhole         w;
+  DemBody               body; /* of the models: the region's faces, and COUPLING_RIM */
+  FemMaterial           material;
+  DemStrength           strength;
+  FemKind               kind;
+  PetscReal             thickness, lambda, mu, mass[4]; /* mass and first moments of the body [kg], [kg m] */
+  CouplingMakeSides     make;
+  void                 *ctx;
+  PetscBool             ready;
+
+  PetscBool *is_dem, *may, *stays; /* [cells] particles alone now; may become so; held by a condition */
+  PetscInt  *ring, *reach;         /* [cells], [nodes] of the present split */
+  PetscReal *use;                  /* [cells] criterion when last looked at */
+  CouplingHalves *now;
+
+  PetscInt  substeps;       /* of the first split */
+  PetscReal limit;          /* of the Stepper's step */
+  PetscReal dt;             /* the Stepper's step, 0 = none yet */
+  PetscInt  every;          /* steps between looks */
+  PetscReal smallest;       /* cell that may turn [m] */
+
+  PetscInt       n_events, room, n_turned;
+  CouplingEvent *event;
+  PetscReal      booked, bond_steps, element_steps, looks, blocked_time;
+  PetscInt       blocked;
+  PetscInt       n_columns;
+  const char   **history_name, **history_unit; /* [n_columns] owned, with their texts */
+};
+
+/* coupling_carve.c */
+PetscErrorCode CouplingHomes_Internal(const Mesh *whole, const DemPacking *packing, const DemCells *cells, PetscInt **particle, PetscInt **facet);
+PetscErrorCode CouplingCarve_Internal(const CouplingWhole *w, const PetscInt ring[], CouplingCarved *carved);
+PetscErrorCode CouplingCarvedDestroy_Internal(CouplingCarved *carved);
+
+/* coupling_criterion.c */
+void      CouplingPrincipal_Internal(PetscInt dim, const PetscReal stress[6], PetscReal value[3], PetscReal major[3]); /* descending; direction of the first */
+PetscReal CouplingUse_Internal(CouplingCriterion when, const DemStrength *strength, PetscInt dim, const PetscReal stress[6]);
+PetscReal CouplingFacetUse_Internal(const DemStrength *strength, const PetscReal traction[3], const PetscReal normal[3], const PetscReal major[3]);
+
+/* coupling_recover.c: nodal gradients of a field on the elements; G [nodes][dim][dim], G_ij = du_i/dx_j */
+PetscErrorCode CouplingRecover_Internal(const Mesh *mesh, PetscReal thickness, const PetscBool wanted[], const PetscReal *u, PetscReal *G);
+
+/* coupling_event.c */
+PetscErrorCode CouplingBuild_Internal(CouplingSwitch sw, CouplingHalves **halves);
+PetscErrorCode CouplingHalvesDestroy_Internal(CouplingHalves **halves);
+PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t);
+/* marked [cells]: may-not ones are left out. highest: criterion of the one that asked */
+PetscErrorCode CouplingTurn_Internal(CouplingSwitch sw, const PetscBool marked[], PetscReal t, PetscReal highest, PetscBool by_bond);
+

@@ -1,0 +1,131 @@
+/*
+  dem_continue.c - a model of more particles goes on where one of fewer stands, and what intact facets bear.  Section 8 of docs/theory.md
+
+  A particle keeps motion and turn, a facet its damage with all that belongs to it, to the bit; both models keep their
+  particles along one curve, so a bond's ends stand in the same order in both.
+*/
+#include "dem_impl.h"
+
+static PetscErrorCode ContinueCracks(DemModel model, DemModel from, const PetscInt particle[], const PetscInt facet[])
+{
+  DemCrackState       *crack = &model->crack;
+  const DemCrackState *old = &from->crack;
+  PetscInt            *bond;
+
+  PetscFunctionBegin;
+  PetscCheck(old->damage, model->comm, PETSC_ERR_ARG_WRONG, "One model can break, the other cannot");
+  PetscCall(PetscMalloc1(from->cells.n_facets, &bond));
+  for (PetscInt f = 0; f < from->cells.n_facets; f++) bond[f] = -1;
+  for (PetscInt k = 0; k < from->bonds.n; k++) bond[from->bonds.facet[k]] = k;
+  for (PetscInt k = 0; k < model->bonds.n; k++) {
+    const PetscInt f = facet[model->bonds.facet[k]], o = f >= 0 ? bond[f] : -1;
+
+    if (o < 0) continue;
+    crack->damage[k]  = old->damage[o];
+    crack->work[k]    = old->work[o];
+    crack->rub[k]     = old->rub[o];
+    crack->time[k]    = old->time[o];
+    crack->release[k] = old->release[o];
+    for (PetscInt c = 0; c < 3; c++) {
+      crack->e[3 * k + c]    = old->e[3 * o + c];
+      crack->slip[3 * k + c] = old->slip[3 * o + c];
+    }
+    if (!(crack->state[k] & DEM_BOND_KEPT) && !(old->state[o] & DEM_BOND_KEPT)) crack->state[k] = old->state[o];
+    model->bonds.now[k] = (1 - crack->damage[k]) * model->bonds.k[k];
+  }
+  PetscCall(PetscFree(bond));
+  for (PetscInt p = 0; p < model->n; p++) {
+    const PetscInt k = particle[model->at[p]];
+
+    if (k >= 0) PetscCall(PetscArraycpy(crack->stress + 6 * p, old->stress + 6 * from->rank_of[k], 6));
+  }
+  for (PetscInt b = 0; b < model->blocks.n_blocks; b++) {
+    crack->n_live[b] = 0;
+    for (PetscInt k = model->blocks.bond[b]; k < model->blocks.bond[b + 1]; k++)
+      if (crack->damage[k] > 0 || (crack->state[k] & DEM_BOND_WATCHED)) crack->live[model->blocks.bond[b] + crack->n_live[b]++] = k;
+    crack->awake[b] = crack->n_live[b] > 0;
+  }
+  crack->steps = old->steps;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelContinue(DemModel model, DemModel from, const PetscInt particle[], const PetscInt facet[])
+{
+  const PetscInt n = model->n, m = from->n;
+
+  PetscFunctionBegin;
+  PetscCheck(model->ready && from->ready && !model->started, model->comm, PETSC_ERR_ORDER, "A model goes on from another after set-up and before its first step");
+  PetscCheck(model->dim == from->dim && model->n_faces == from->n_faces, model->comm, PETSC_ERR_ARG_WRONG, "The two models are not of one body");
+  BaseCheckInput(!model->n_tools && !model->contacts.on, model->comm, "Tools and contacts between particles do not go over to a model of more particles yet; leave coupling.switch out");
+  for (PetscInt p = 0; p < n; p++) {
+    const PetscInt o = particle[model->at[p]] >= 0 ? from->rank_of[particle[model->at[p]]] : -1;
+
+    if (o < 0) continue;
+    for (PetscInt d = 0; d < 3; d++) {
+      model->u[d * n + p]    = from->u[d * m + o];
+      model->v[d * n + p]    = from->v[d * m + o];
+      model->spin[d * n + p] = from->spin[d * m + o];
+    }
+    for (PetscInt d = 0; d < 4; d++) model->rot[d * n + p] = from->rot[d * m + o];
+  }
+  model->time          = from->time;
+  model->dt_last       = from->dt_last;
+  model->started       = from->started;
+  model->work          = from->work;
+  model->work_in       = from->work_in;
+  model->damped        = from->damped;
+  model->contact_lost  = from->contact_lost;
+  model->friction_lost = from->friction_lost;
+  if (model->crack.damage) PetscCall(ContinueCracks(model, from, particle, facet));
+  DemFacesSetTime_Internal(model, model->time);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelGetTime(DemModel model, PetscReal *t)
+{
+  PetscFunctionBegin;
+  *t = model->time;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  DemModelGetTractions - t~ [Pa] of facets of the cells, [n][3], on the side of the particle that comes first in the model
+
+  What the whole, unweighted facet carries: (2 G gap + lambda (eps_p a - eps_q b)) / d, the volumetric part without the weights of an
+  overlap. Dilations are those of the last force evaluation. normal [n][3]: from that particle to the other, turned with it.
+*/
+PetscErrorCode DemModelGetTractions(DemModel model, PetscInt n_facets, const PetscInt facet[], PetscReal traction[], PetscReal normal[])
+{
+  const DemBonds *bonds = &model->bonds;
+  const PetscInt  n = model->n;
+  PetscInt       *bond;
+
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() first");
+  PetscCall(PetscMalloc1(model->cells.n_facets, &bond));
+  for (PetscInt k = 0; k < bonds->n; k++) bond[bonds->facet[k]] = k;
+  for (PetscInt i = 0; i < n_facets; i++) {
+    const PetscInt  k = bond[facet[i]], p = bonds->p[k], q = bonds->q[k];
+    const PetscReal ep = model->dilation[p] / (model->share ? model->share[p] : 1), eq = model->dilation[q] / (model->share ? model->share[q] : 1);
+    PetscReal       a[3] = {0}, b[3] = {0}, y[3] = {0}, ta[3], tb[3], ty[3], d = 0;
+
+    for (PetscInt c = 0; c < model->dim; c++) {
+      a[c] = bonds->arm[c * bonds->n + k];
+      y[c] = model->x0[c * n + q] - model->x0[c * n + p];
+      b[c] = a[c] - y[c];
+      d += y[c] * y[c];
+    }
+    d = PetscSqrtReal(d);
+    DemTurn(model->dim, n, p, model->rot, a, ta);
+    DemTurn(model->dim, n, q, model->rot, b, tb);
+    DemTurn(model->dim, n, p, model->rot, y, ty);
+    for (PetscInt c = 0; c < 3; c++) {
+      const PetscReal gap = c < model->dim ? model->u[c * n + q] - model->u[c * n + p] + tb[c] - ta[c] : 0;
+
+      traction[3 * i + c] = (2 * model->g_shear * gap + model->lambda * (ep * (a[c] + ta[c]) - eq * (b[c] + tb[c]))) / d;
+      normal[3 * i + c]   = (y[c] + ty[c]) / d;
+    }
+  }
+  PetscCall(PetscFree(bond));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
