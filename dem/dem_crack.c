@@ -123,7 +123,8 @@ static void Damage(DemModel model, PetscInt wide, PetscInt k, const PetscReal *c
   const DemStrength *strength = &model->strength;
   DemCrackState     *crack = &model->crack;
   const PetscReal    G = model->g_shear, lambda = model->lambda, d = bond->d, A = model->bonds.k[k] * d, old = crack->damage[k];
-  PetscReal          t[3], D = old, tangent[3];
+  PetscReal          t[3], D = old, tangent[3], axis[3] = {bond->n[0], bond->n[1], bond->n[2]};
+  PetscBool          opens = PETSC_FALSE;
   unsigned char      mode = 0;
 
   for (PetscInt c = 0; c < 3; c++) t[c] = (2 * G * bond->gap[c] + lambda * (ep * bond->a[c] - eq * bond->b[c])) / d;
@@ -139,14 +140,18 @@ static void Damage(DemModel model, PetscInt wide, PetscInt k, const PetscReal *c
         D    = now;
         mode = DEM_BOND_TENSION;
       }
+      if (((crack->state[k] | mode) & DEM_BOND_TENSION) && Dot3(t, e) > 0) {
+        opens = PETSC_TRUE;
+        for (PetscInt i = 0; i < 3; i++) axis[i] = e[i];
+      }
     }
   }
   if (strength->shear > 0 && (!crack->limit || crack->limit[k] != 0)) {
-    const PetscReal tn = Dot3(t, bond->n);
+    const PetscReal tn = Dot3(t, axis);
     PetscReal       ts = 0, load, now;
 
-    for (PetscInt c = 0; c < 3; c++) ts += PetscSqr(t[c] - tn * bond->n[c]);
-    load = PetscSqrtReal(ts) + strength->mu_static * tn;
+    for (PetscInt c = 0; c < 3; c++) ts += PetscSqr(t[c] - tn * axis[c]);
+    load = PetscSqrtReal(ts) + (opens ? 0 : strength->mu_static * tn);
     if (crack->limit) { /* softens from what it carries at the onset.  Eq. (4.65) */
       DemStrength own = *strength;
 
