@@ -182,12 +182,11 @@ static PetscErrorCode IsStable(CouplingModel model, PetscInt m, PetscReal dt, Pe
   PetscCall(PetscArraycpy(ds.u, kept + fs.n_nodes * fs.dim, 3 * ds.n));
   PetscCall(PetscArraycpy(ds.rot, kept_rot, 4 * ds.n));
   PetscCall(FemModelRestoreState(model->fem, &fs));
-  PetscCall(PetscArrayzero(ds.f_ext, 3 * ds.n));
-  PetscCall(PetscArrayzero(ds.t_ext, 3 * ds.n));
   PetscCall(DemModelRestoreState(model->dem, &ds));
   PetscCall(PetscFree2(kept, kept_rot));
-  model->dt = before;
+  PetscCall(CouplingForces_Internal(model)); /* outside forces and the rim's motion of the state that is back */
   PetscCall(DemModelComputeForces(model->dem));
+  model->dt = before;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -212,6 +212,8 @@ static PetscErrorCode TestRefused(void)
 {
   Coupled        c;
   CouplingReport report;
+  Stepper        stepper;
+  Ledger         ledger;
 
   PetscFunctionBeginUser;
   PetscCall(Strip(40, 20, 9, 11, 6, 0.2, &c));
@@ -229,6 +231,9 @@ static PetscErrorCode TestRefused(void)
   PetscCall(CouplingModelGetReport(c.model, &report));
   print_message("           auto: %d\n", (int)report.substeps);
   CheckAbove(report.substeps, 4);
+  PetscCall(CouplingModelGetStepper(c.model, &stepper));
+  PetscCall(stepper.energy(c.model, &ledger));
+  for (PetscInt i = 0; i < LEDGER_TERMS; i++) CheckNear(ledger.energy[i], 0, 0); /* the trials leave nothing behind */
   PetscCall(CoupledDestroy(&c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
