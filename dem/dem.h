@@ -78,6 +78,8 @@ PetscErrorCode DemModelSetRule(DemModel model, const DemRule *rule); /* before s
 PetscErrorCode DemModelSetGroups(DemModel model, const PetscInt group[]);
 PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPacking *packing, const DemCells *cells); /* copies */
 PetscErrorCode DemModelSetBreakable(DemModel model, const PetscBool breakable[]); /* [facets of the cells]; default: all */
+/* The facets that may break lie in one plane, a crack whose place is known: they open along their normals, not along the principal direction. */
+PetscErrorCode DemModelSetCrackPlane(DemModel model, PetscBool plane); /* default false */
 /* For a coupling, before set-up: weight of each particle's mass and of its volumetric energy [packing's order], of each facet's pair energy. */
 PetscErrorCode DemModelSetWeights(DemModel model, const PetscReal mass[], const PetscReal volume[], const PetscReal facet[]);
 /* A face that is no surface: the body goes on as another model, whose motion completes the dilation of the cells behind it.  Eq. (6.6) */

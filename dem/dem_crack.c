@@ -453,9 +453,15 @@ static void BlockLook(DemModel model, PetscInt b)
     if (!loaded && norm < DEM_STRESS_WAKE * LeastStrength(&model->strength)) continue;
     crack->state[k] = DEM_BOND_WATCHED;
     live[n_live++]  = k;
-    (void)MajorDirection(model->dim, s, e);
     for (PetscInt c = 0; c < 3; c++) r[c] = c < model->dim ? model->x0[c * n + q] - model->x0[c * n + p] : 0;
     PetscReal turned[3];
+
+    if (model->crack_plane) {
+      const PetscReal d = PetscSqrtReal(Dot3(r, r));
+
+      DemTurn(model->dim, n, p, model->rot, r, turned);
+      for (PetscInt c = 0; c < 3; c++) e[c] = (r[c] + turned[c]) / d;
+    } else (void)MajorDirection(model->dim, s, e);
 
     DemTurn(model->dim, n, p, model->rot, r, turned);
     if (Dot3(e, r) + Dot3(e, turned) < 0)

@@ -127,6 +127,7 @@ struct _p_DemModel {
   PetscBool   cohesive;
   DemStrength strength;
   PetscBool  *breakable; /* [facets], NULL = all */
+  PetscBool   crack_plane; /* facets open along their own normals */
   PetscReal  *weight_mass, *weight_volume, *weight_facet; /* as given, packing's and cells' order; NULL = 1 */
   DemCrackState crack;   /* empty unless cohesive */
   DemRule       rule;    /* elastic rule of the bonds */

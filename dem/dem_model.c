@@ -83,6 +83,14 @@ PetscErrorCode DemModelSetGroups(DemModel model, const PetscInt group[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode DemModelSetCrackPlane(DemModel model, PetscBool plane)
+{
+  PetscFunctionBegin;
+  PetscCheck(!model->ready, model->comm, PETSC_ERR_ORDER, "Say that the crack is a plane before DemModelSetUp()");
+  model->crack_plane = plane;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemModelSetBreakable(DemModel model, const PetscBool breakable[])
 {
   PetscFunctionBegin;
