@@ -69,7 +69,8 @@ typedef struct _AppReadings *AppReadings; /* readings.c; NULL unless a strain is
 typedef struct {
   const char *name;  /* in the scene's bodies; borrowed from the scene */
   const char *group, *material;
-  PetscReal   density, young, poisson; /* SI */
+  PetscReal   density, young, poisson; /* SI; of an orthotropic material the largest, for estimates */
+  FemMaterial elastic;
   PetscReal   local_damping, mass_damping; /* [-], [1/s] */
   PetscBool   cohesive;
   DemStrength strength; /* of a material that breaks */

@@ -40,6 +40,19 @@ static PetscErrorCode InitialVelocity(AppCase *c, PetscReal velocity[3], char pa
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Linear quadrilaterals and hexahedra as the scene wants them. */
+static PetscErrorCode SetElement(AppCase *c)
+{
+  const char *word;
+  char        path[256];
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.mesh.element", c->part[0].name));
+  PetscCall(SceneGetString(c->scene, path, &word));
+  PetscCall(FemModelSetElement(c->fem, strcmp(word, "full") ? FEM_ENHANCED : FEM_FULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode BuildFem(AppCase *c, PetscInt threads)
 {
   PetscReal velocity[3];
@@ -51,16 +64,16 @@ static PetscErrorCode BuildFem(AppCase *c, PetscInt threads)
   c->made_fem++;
   PetscCall(FemModelSetKind(c->fem, c->dim == 3 ? FEM_SOLID : c->plane_stress ? FEM_PLANE_STRESS : FEM_PLANE_STRAIN, c->thickness));
   PetscCall(FemModelSetMethod(c->fem, c->is_static ? FEM_STATIC : FEM_EXPLICIT));
+  PetscCall(SetElement(c));
   PetscCall(FemModelSetThreads(c->fem, threads));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.geometry", c->part[0].name));
   AppCallAt(c->scene, path, FemModelSetMesh(c->fem, &c->mesh));
   PetscCall(MeshDestroy(&c->mesh));
   for (PetscInt p = 0; p < c->n_parts; p++) {
     const AppPart    *part     = &c->part[p];
-    const FemMaterial material = {part->density, part->young, part->poisson};
 
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.material", part->name));
-    AppCallAt(c->scene, path, FemModelAddMaterial(c->fem, part->group, &material));
+    AppCallAt(c->scene, path, FemModelAddMaterial(c->fem, part->group, &part->elastic));
   }
   for (PetscInt p = 0; p < c->n_parts; p++) PetscCall(AppPrestressApply(c, &c->part[p]));
   PetscCall(InitialVelocity(c, velocity, path));
@@ -188,6 +201,7 @@ static PetscErrorCode MakeSides(void *ctx, const CouplingSplit *split, const Dem
   c->made_fem++;
   PetscCall(FemModelSetKind(c->fem, CoupledKind(c), c->thickness));
   PetscCall(FemModelSetMethod(c->fem, FEM_EXPLICIT));
+  PetscCall(SetElement(c));
   PetscCall(FemModelSetThreads(c->fem, c->threads));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.geometry", part->name));
   AppCallAt(c->scene, path, FemModelSetMesh(c->fem, &split->fem));

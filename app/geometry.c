@@ -132,6 +132,51 @@ static PetscErrorCode ReadRule(AppCase *c, AppPart *part)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Two numbers, or nine and their axes. */
+static PetscErrorCode ReadElastic(AppCase *c, AppPart *part)
+{
+  static const char *const young[] = {"young_1", "young_2", "young_3"}, *const poisson[] = {"poisson_12", "poisson_13", "poisson_23"}, *const shear[] = {"shear_12", "shear_13", "shear_23"};
+  FemMaterial             *m = &part->elastic;
+  PetscBool                orthotropic;
+  char                     path[256];
+
+  PetscFunctionBegin;
+  PetscCall(Has(c->scene, &orthotropic, "materials.%s.orthotropic", part->material));
+  m->density     = part->density;
+  m->orthotropic = orthotropic;
+  if (!orthotropic) {
+    PetscCall(GetReal(c->scene, &part->young, "materials.%s.young", part->material));
+    PetscCall(GetReal(c->scene, &part->poisson, "materials.%s.poisson", part->material));
+    m->young   = part->young;
+    m->poisson = part->poisson;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (PetscInt k = 0; k < 3; k++) {
+    Path(path, "materials.%s.orthotropic.%s", part->material, young[k]);
+    PetscCall(SceneGetReal(c->scene, path, &m->E[k]));
+    Path(path, "materials.%s.orthotropic.%s", part->material, poisson[k]);
+    PetscCall(SceneGetReal(c->scene, path, &m->nu[k]));
+    Path(path, "materials.%s.orthotropic.%s", part->material, shear[k]);
+    PetscCall(SceneGetReal(c->scene, path, &m->G[k]));
+    part->young   = PetscMax(part->young, m->E[k]);
+    part->poisson = PetscMin(0.45, PetscMax(part->poisson, m->nu[k]));
+  }
+  if (c->dim == 2) {
+    PetscReal angle;
+
+    PetscCall(GetReal(c->scene, &angle, "materials.%s.orthotropic.angle", part->material));
+    m->axis[0][0] = PetscCosReal(angle);
+    m->axis[0][1] = PetscSinReal(angle);
+    m->axis[1][0] = -m->axis[0][1];
+    m->axis[1][1] = m->axis[0][0];
+  } else
+    for (PetscInt k = 0; k < 2; k++) {
+      Path(path, "materials.%s.orthotropic.axis_%d", part->material, (int)k + 1);
+      PetscCall(SceneGetVector(c->scene, path, 3, m->axis[k]));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The scene's own rules have seen to it that the material is there and whole. */
 static PetscErrorCode ReadMaterial(AppCase *c, AppPart *part)
 {
@@ -140,8 +185,7 @@ static PetscErrorCode ReadMaterial(AppCase *c, AppPart *part)
   PetscFunctionBegin;
   PetscCall(GetString(c->scene, &part->material, "bodies.%s.material", part->name));
   PetscCall(GetReal(c->scene, &part->density, "materials.%s.density", part->material));
-  PetscCall(GetReal(c->scene, &part->young, "materials.%s.young", part->material));
-  PetscCall(GetReal(c->scene, &part->poisson, "materials.%s.poisson", part->material));
+  PetscCall(ReadElastic(c, part));
   PetscCall(GetReal(c->scene, &part->local_damping, "materials.%s.local_damping", part->material));
   if (c->method == APP_FEM && part->local_damping > 0) {
     Path(path, "materials.%s.local_damping", part->material);
@@ -183,22 +227,38 @@ static PetscErrorCode CellType(AppCase *c, const char *body, MeshCellType *type)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Quadratic unless steps are explicit, where small elements cost less than good ones. */
+static PetscErrorCode MeshOrder(AppCase *c, const char *body, PetscInt *order, PetscBool *incomplete)
+{
+  const char *method;
+  char        path[256];
+
+  PetscFunctionBegin;
+  PetscCall(SceneGetString(c->scene, "time.method", &method));
+  Path(path, "bodies.%s.mesh.order", body);
+  PetscCall(SceneGetInt(c->scene, path, order));
+  if (!*order) *order = strcmp(method, "explicit") ? 2 : 1;
+  Path(path, "bodies.%s.mesh.incomplete", body);
+  PetscCall(SceneGetBool(c->scene, path, incomplete));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ReadBoxMesh(AppCase *c, const char *body)
 {
   char         path[256];
   PetscReal    low[3] = {0}, size[3] = {0}, h;
   PetscInt     n[3] = {1, 1, 1}, order;
   MeshCellType type;
+  PetscBool    incomplete;
 
   PetscFunctionBegin;
   PetscCall(CellType(c, body, &type));
+  PetscCall(MeshOrder(c, body, &order, &incomplete));
+  if (order == 2) type = MeshCellQuadratic(type, incomplete);
   Path(path, "bodies.%s.geometry.box.low", body);
   PetscCall(SceneGetVector(c->scene, path, c->dim, low));
   Path(path, "bodies.%s.geometry.box.size", body);
   PetscCall(SceneGetVector(c->scene, path, c->dim, size));
-  Path(path, "bodies.%s.mesh.order", body);
-  PetscCall(SceneGetInt(c->scene, path, &order));
-  if (order != 1) PetscCall(SceneFail(c->scene, path, "order 2 needs a geometry file (.geo); the built-in box has linear cells"));
   Path(path, "bodies.%s.mesh.size", body);
   PetscCall(SceneGetReal(c->scene, path, &h));
   for (PetscInt d = 0; d < c->dim; d++) {
@@ -211,12 +271,36 @@ static PetscErrorCode ReadBoxMesh(AppCase *c, const char *body)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode ReadRoundMesh(AppCase *c, const char *body)
+{
+  const char  *shape   = c->dim == 2 ? "disc" : "cylinder";
+  MeshOptions  options = {.dimension = c->dim, .scale = 1};
+  PetscReal    centre[3] = {0}, radius, height = 0;
+  char         path[256];
+  MeshCellType type;
+
+  PetscFunctionBegin;
+  PetscCall(MeshOrder(c, body, &options.order, &options.incomplete));
+  PetscCall(CellType(c, body, &type));
+  options.quads = type == MESH_QUAD4 || type == MESH_HEX8 ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(GetReal(c->scene, &options.size, "bodies.%s.mesh.size", body));
+  Path(path, "bodies.%s.geometry.%s.centre", body, shape);
+  PetscCall(SceneGetVector(c->scene, path, c->dim, centre));
+  Path(path, "bodies.%s.geometry.%s.radius", body, shape);
+  PetscCall(SceneGetReal(c->scene, path, &radius));
+  Path(path, "bodies.%s.geometry.%s.height", body, shape);
+  if (c->dim == 3) PetscCall(SceneGetReal(c->scene, path, &height));
+  Path(path, "bodies.%s.geometry", body);
+  AppCallAt(c->scene, path, MeshCreateRound(c->comm, body, centre, radius, height, &options, &c->mesh));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The file named by bodies.NAME.geometry, meshed or read. */
-static PetscErrorCode ReadFileMesh(AppCase *c, const char *body, PetscInt order)
+static PetscErrorCode ReadFileMesh(AppCase *c, const char *body, PetscInt order, PetscBool incomplete)
 {
   char        path[256], file[PETSC_MAX_PATH_LEN];
   const char *name;
-  MeshOptions options = {.dimension = c->dim, .order = order, .scale = 1};
+  MeshOptions options = {.dimension = c->dim, .order = order, .scale = 1, .incomplete = incomplete};
   PetscBool   has;
 
   PetscFunctionBegin;
@@ -447,7 +531,7 @@ static PetscErrorCode ReadDemBody(AppCase *c)
   } else {
     AppGroup *group;
 
-    PetscCall(ReadFileMesh(c, body, 1));
+    PetscCall(ReadFileMesh(c, body, 1, PETSC_FALSE));
     PetscCall(PetscCalloc1(c->mesh.n_groups + 1, &group));
     for (PetscInt g = 0; g < c->mesh.n_groups; g++) {
       PetscCall(PetscStrncpy(group[g].name, c->mesh.group[g].name, sizeof(group[g].name)));
@@ -467,20 +551,18 @@ static PetscErrorCode ReadFemBody(AppCase *c)
 {
   const char *body = c->part[0].name;
   char        path[256];
-  PetscBool   box, cylinder, disc;
+  PetscBool   box, cylinder, disc, incomplete;
   PetscInt    order;
 
   PetscFunctionBegin;
   PetscCall(Has(c->scene, &box, "bodies.%s.geometry.box", body));
   PetscCall(Has(c->scene, &cylinder, "bodies.%s.geometry.cylinder", body));
   PetscCall(Has(c->scene, &disc, "bodies.%s.geometry.disc", body));
-  Path(path, "bodies.%s.geometry", body);
-  if (cylinder || disc) PetscCall(SceneFail(c->scene, path, "the built-in %s is for particles; for finite elements name a .geo file", cylinder ? "cylinder" : "disc"));
   if (box) PetscCall(ReadBoxMesh(c, body));
+  else if (cylinder || disc) PetscCall(ReadRoundMesh(c, body));
   else {
-    Path(path, "bodies.%s.mesh.order", body);
-    PetscCall(SceneGetInt(c->scene, path, &order));
-    PetscCall(ReadFileMesh(c, body, order));
+    PetscCall(MeshOrder(c, body, &order, &incomplete));
+    PetscCall(ReadFileMesh(c, body, order, incomplete));
   }
   PetscCall(ShareMeshGroups(c));
   for (PetscInt p = 0; p < c->n_parts; p++) PetscCall(CheckPartGroup(c, &c->part[p], c->n_groups, c->group));
@@ -526,8 +608,8 @@ static PetscErrorCode ReadCoupledBody(AppCase *c)
   BaseCheckInput(c->size == 1, c->comm, "A coupled body runs on one rank for now, not %d; give it threads instead: cleave run SCENE --threads N", c->size);
   Path(path, "bodies.%s.mesh.order", body);
   PetscCall(SceneGetInt(c->scene, path, &order));
-  if (order != 1) PetscCall(SceneFail(c->scene, path, "a coupled body takes linear elements for now; use order: 1"));
-  PetscCall(ReadFileMesh(c, body, 1));
+  if (order > 1) PetscCall(SceneFail(c->scene, path, "a coupled body takes linear elements for now; use order: 1"));
+  PetscCall(ReadFileMesh(c, body, 1, PETSC_FALSE));
   PetscCall(ShareMeshGroups(c));
   PetscCall(CheckPartGroup(c, &c->part[0], c->n_groups, c->group));
   PetscCall(RestrictMesh(c));

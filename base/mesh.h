@@ -43,6 +43,7 @@ typedef struct {
   PetscReal scale;     /* metres per length unit of the file; 1 = file in metres */
   PetscBool facets;    /* `dimension` is that of a surface or curve to touch (2 or 1): what the file has above it is left out */
   PetscBool quads;     /* recombine triangles to quadrilaterals, subdivide to hexahedra when transfinite */
+  PetscBool incomplete; /* order 2 without nodes inside sides and cells: quad8, hex20, prism15 */
 } MeshOptions;
 
 /*
@@ -56,6 +57,10 @@ PetscErrorCode MeshRead(MPI_Comm comm, const char *file, const MeshOptions *opti
 /* Structured meshes of a box: cells of `type` (any with straight sides but pyramids), n[] per direction; side groups
    "xmin" .. "zmax" and the body group `name`. */
 PetscErrorCode MeshCreateBox(MPI_Comm comm, const char *name, MeshCellType type, const PetscReal origin[3], const PetscReal length[3], const PetscInt n[3], Mesh *mesh);
+
+/* A disc in x, y with the group "side" (options: dimension 2), or a cylinder along z with "bottom", "top", "side" (3), of the body group
+   `name`; centre: of the disc or the bottom. By gmsh, as options say; size is needed. quads: a cylinder becomes layers of hexahedra. */
+PetscErrorCode MeshCreateRound(MPI_Comm comm, const char *name, const PetscReal centre[3], PetscReal radius, PetscReal height, const MeshOptions *options, Mesh *mesh);
 
 PetscErrorCode MeshFindGroup(const Mesh *mesh, const char *name, const MeshGroup **group); /* NULL when absent */
 PetscErrorCode MeshDestroy(Mesh *mesh);

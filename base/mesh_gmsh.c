@@ -4,14 +4,14 @@
   gmsh lives only inside MeshRead, on rank 0. Its errors come back as one message, which all ranks raise together.
   As in the files gmsh writes, only cells of a physical group are kept, so a .geo and its .msh give the same mesh.
 */
-#include "mesh.h"
+#include "mesh_gmsh.h"
 #include <gmshc.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* gmsh's own last words, after `what`. */
-static void GmshWords(char words[BASE_LINE], const char *what, const char *file)
+void MeshGmshWords_Internal(char words[BASE_LINE], const char *what, const char *file)
 {
   char *text = NULL;
   int   ierr = 0;
@@ -145,7 +145,7 @@ static PetscErrorCode ReadGroups(Reading *r, const char *file, PetscInt dim, Pet
   }
   gmshFree(pair);
   if (ierr) {
-    GmshWords(words, "list the physical groups of", file);
+    MeshGmshWords_Internal(words, "list the physical groups of", file);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (top < dim || (top > dim && !facets)) {
@@ -214,7 +214,7 @@ static PetscErrorCode ReadCells(Reading *r, const char *file, int most, char wor
     gmshFree(n_node);
   }
   gmshFree(pair);
-  if (ierr) GmshWords(words, "list the elements of", file);
+  if (ierr) MeshGmshWords_Internal(words, "list the elements of", file);
   else if (r->n_cells) qsort(r->cell, r->n_cells, sizeof(Cell), ByCellTag);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -231,7 +231,7 @@ static PetscErrorCode FillMesh(Reading *r, const char *file, PetscReal scale, Me
   PetscFunctionBegin;
   gmshModelMeshGetNodes(&tag, &n, &x, &n_x, &parameter, &n_parameter, -1, -1, 0, 0, &ierr);
   if (ierr) {
-    GmshWords(words, "list the nodes of", file);
+    MeshGmshWords_Internal(words, "list the nodes of", file);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscMalloc1(n, &sorted));
@@ -294,8 +294,8 @@ static void SetOption(const char *name, double value)
   gmshOptionSetNumber(name, value, &ierr);
 }
 
-/* Open, mesh when it is a geometry, copy. gmsh is initialised. */
-static PetscErrorCode ReadOpened(const char *file, const MeshOptions *options, Mesh *mesh, char words[BASE_LINE])
+/* Open or draw, mesh when it is a geometry, copy. gmsh is initialised. */
+static PetscErrorCode ReadOpened(const char *file, MeshDraw draw, const void *ctx, const MeshOptions *options, Mesh *mesh, char words[BASE_LINE])
 {
   const PetscBool msh = HasEnding(file, ".msh");
   Reading         r   = {NULL};
@@ -305,8 +305,10 @@ static PetscErrorCode ReadOpened(const char *file, const MeshOptions *options, M
   SetOption("General.Terminal", 0);
   SetOption("General.NumThreads", 1);
   SetOption("Mesh.RandomSeed", 1);
-  gmshOpen(file, &ierr);
-  if (ierr) GmshWords(words, "read", file);
+  if (draw) gmshModelAdd(file, &ierr);
+  else gmshOpen(file, &ierr);
+  if (ierr) MeshGmshWords_Internal(words, draw ? "begin" : "read", file);
+  else if (draw) PetscCall(draw(ctx, file, options, words));
   if (!words[0]) PetscCall(ReadGroups(&r, file, options->dimension, options->facets, words));
   if (!words[0] && !msh) {
     /* after the file, which may set options of its own */
@@ -315,9 +317,10 @@ static PetscErrorCode ReadOpened(const char *file, const MeshOptions *options, M
       SetOption("Mesh.CharacteristicLengthMax", options->size / options->scale);
     }
     if (options->quads) SetOption("Mesh.RecombineAll", 1);
-    SetOption("Mesh.ElementOrder", options->order);
+    SetOption("Mesh.ElementOrder", (double)options->order);
+    SetOption("Mesh.SecondOrderIncomplete", options->incomplete ? 1 : 0);
     gmshModelMeshGenerate(options->dimension, &ierr);
-    if (ierr) GmshWords(words, "mesh", file);
+    if (ierr) MeshGmshWords_Internal(words, "mesh", file);
   }
   if (!words[0]) PetscCall(ReadCells(&r, file, options->facets ? (int)options->dimension : 3, words));
   if (!words[0]) PetscCall(FillMesh(&r, file, options->scale, mesh, words));
@@ -331,24 +334,24 @@ static PetscErrorCode ReadOpened(const char *file, const MeshOptions *options, M
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadHere(const char *file, const MeshOptions *options, Mesh *mesh, char words[BASE_LINE])
+static PetscErrorCode ReadHere(const char *file, MeshDraw draw, const void *ctx, const MeshOptions *options, Mesh *mesh, char words[BASE_LINE])
 {
   struct sigaction interrupt, terminate;
   int              ierr;
 
   PetscFunctionBegin;
-  if (!HasEnding(file, ".msh") && !HasEnding(file, ".geo") && !HasEnding(file, ".geo_unrolled") && !HasEnding(file, ".step") && !HasEnding(file, ".stp") && !HasEnding(file, ".brep")) {
+  if (!draw && !HasEnding(file, ".msh") && !HasEnding(file, ".geo") && !HasEnding(file, ".geo_unrolled") && !HasEnding(file, ".step") && !HasEnding(file, ".stp") && !HasEnding(file, ".brep")) {
     PetscCall(PetscSNPrintf(words, BASE_LINE, "%s: a geometry is a gmsh .geo or .msh (or .step, .brep) file", file));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  CheckWhole(file, HasEnding(file, ".msh"), words);
+  if (!draw) CheckWhole(file, HasEnding(file, ".msh"), words);
   if (words[0]) PetscFunctionReturn(PETSC_SUCCESS);
   (void)sigaction(SIGINT, NULL, &interrupt); /* Ctrl-C stays the run loop's */
   (void)sigaction(SIGTERM, NULL, &terminate);
   gmshInitialize(0, NULL, 0, &ierr);
   if (ierr) PetscCall(PetscSNPrintf(words, BASE_LINE, "%s: gmsh does not start", file));
   else {
-    PetscCall(ReadOpened(file, options, mesh, words));
+    PetscCall(ReadOpened(file, draw, ctx, options, mesh, words));
     gmshFinalize(&ierr);
   }
   (void)sigaction(SIGINT, &interrupt, NULL);
@@ -358,6 +361,11 @@ static PetscErrorCode ReadHere(const char *file, const MeshOptions *options, Mes
 }
 
 PetscErrorCode MeshRead(MPI_Comm comm, const char *file, const MeshOptions *options, Mesh *mesh)
+{
+  return MeshFromGmsh_Internal(comm, file, NULL, NULL, options, mesh);
+}
+
+PetscErrorCode MeshFromGmsh_Internal(MPI_Comm comm, const char *file, MeshDraw draw, const void *ctx, const MeshOptions *options, Mesh *mesh)
 {
   char        words[BASE_LINE] = "";
   PetscMPIInt rank;
@@ -369,7 +377,7 @@ PetscErrorCode MeshRead(MPI_Comm comm, const char *file, const MeshOptions *opti
   BaseCheckInput(options->scale > 0 && !PetscIsInfOrNanReal(options->scale), comm, "A length unit of %g m must be positive", (double)options->scale);
   PetscCall(PetscMemzero(mesh, sizeof(*mesh)));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) PetscCall(ReadHere(file, options, mesh, words));
+  if (rank == 0) PetscCall(ReadHere(file, draw, ctx, options, mesh, words));
   PetscCallMPI(MPI_Bcast(words, BASE_LINE, MPI_CHAR, 0, comm));
   if (words[0]) PetscCall(MeshDestroy(mesh));
   BaseCheckInput(!words[0], comm, "%s", words);

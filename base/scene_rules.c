@@ -70,15 +70,21 @@ static PetscErrorCode CheckUsedMaterial(Scene scene, SceneNode body)
     for (SceneNode m = materials->first; m && n < 64; m = m->next) known[n++] = m->key;
     nearest = BaseNearest(name->text, n, known);
     PetscCall(SceneFaultValue(scene, name, "material '%.60s' is not in materials; %s'%.60s'", name->text, nearest ? "did you mean " : "there is ", nearest ? nearest : n ? known[0] : ""));
-  } else if (material->kind == NODE_MAP)
-    for (PetscInt k = 0; k < 3; k++)
+  } else if (material->kind == NODE_MAP) {
+    const SceneNode orthotropic = SceneNodeChild(material, "orthotropic");
+
+    for (PetscInt k = 1; k < 3 && orthotropic; k++)
+      if (SceneNodeChild(material, needed[k])) PetscCall(SceneFaultKey(scene, SceneNodeChild(material, needed[k]), "%s and orthotropic exclude each other; keep one", needed[k]));
+    if (orthotropic && !SceneNodeIs(SceneNodeChild(body, "method"), "fem")) PetscCall(SceneFaultKey(scene, orthotropic, "orthotropic is for finite elements, and body '%.60s' has particles; give young and poisson, or use method: fem", body->key));
+    for (PetscInt k = 0; k < (orthotropic ? 1 : 3); k++)
       if (!SceneNodeChild(material, needed[k])) PetscCall(SceneFaultKey(scene, material, "material '%.60s' has no '%s', and body '%.60s' uses it; add it, e.g. %s: %s", material->key, needed[k], body->key, needed[k], example[k]));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode CheckGeometry(Scene scene, SceneNode body)
 {
-  const SceneNode geometry = SceneNodeChild(body, "geometry"), mesh = SceneNodeChild(body, "mesh"), size = SceneNodeChild(mesh, "size"), cells = SceneNodeChild(mesh, "cells"), unit = SceneNodeChild(body, "length_unit"),
+  const SceneNode geometry = SceneNodeChild(body, "geometry"), mesh = SceneNodeChild(body, "mesh"), size = SceneNodeChild(mesh, "size"), cells = SceneNodeChild(mesh, "cells"), order = SceneNodeChild(mesh, "order"), unit = SceneNodeChild(body, "length_unit"),
                   group = SceneNodeChild(body, "group");
   PetscBool exists;
 
@@ -91,6 +97,7 @@ static PetscErrorCode CheckGeometry(Scene scene, SceneNode body)
     if (!is_mesh && !EndsWith(geometry->text, ".geo")) PetscCall(SceneFaultValue(scene, geometry, "geometry '%.200s' is neither .geo nor .msh; give a gmsh file or one of {box: ...}, {cylinder: ...}, {disc: ...}", geometry->text));
     else if (!exists) PetscCall(SceneFaultValue(scene, geometry, "there is no file '%.200s' (looked for beside the scene); give its path from the scene's own folder", geometry->text));
     if (is_mesh && size) PetscCall(SceneFaultKey(scene, size, "size: a .msh file is meshed already; take it out or give the .geo"));
+    if (is_mesh && order && !SceneNodeIs(order, "auto")) PetscCall(SceneFaultKey(scene, order, "order: a .msh file is meshed already; take it out or give the .geo"));
     if (is_mesh && cells) PetscCall(SceneFaultKey(scene, cells, "cells: a .msh file is meshed already; take it out or give the .geo"));
   } else {
     if (unit) PetscCall(SceneFaultKey(scene, unit, "length_unit is of a geometry file, and this body has a built-in shape; take it out"));

@@ -123,8 +123,8 @@ PetscErrorCode FemCheckMaterial(FemModel model, FemMaterial *m)
   for (PetscInt k = 0; k < 3; k++) {
     static const char *const pair[] = {"12", "13", "23"};
 
-    BaseCheckInput(m->E[k] > 0 && !PetscIsInfOrNanReal(m->E[k]), model->comm, "Young's modulus %g Pa along axis %d must be positive", (double)m->E[k], (int)k + 1);
-    BaseCheckInput(m->G[k] > 0 && !PetscIsInfOrNanReal(m->G[k]), model->comm, "Shear modulus %g Pa (%s) must be positive", (double)m->G[k], pair[k]);
+    BaseCheckInput(m->E[k] > 0 && !PetscIsInfOrNanReal(m->E[k]), model->comm, "Young's modulus %.6g Pa along axis %d must be positive", (double)m->E[k], (int)k + 1);
+    BaseCheckInput(m->G[k] > 0 && !PetscIsInfOrNanReal(m->G[k]), model->comm, "Shear modulus %.6g Pa (%s) must be positive", (double)m->G[k], pair[k]);
     BaseCheckInput(PetscSqr(m->nu[k]) < m->E[k == 2] / m->E[k == 0 ? 1 : 2], model->comm, "Poisson's ratio %.6g (%s) must be below sqrt(E%c/E%c) = %.6g in size, or some strain would cost negative energy", (double)m->nu[k], pair[k],
                    pair[k][0], pair[k][1], (double)PetscSqrtReal(m->E[k == 2] / m->E[k == 0 ? 1 : 2]));
   }

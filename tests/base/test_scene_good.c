@@ -306,7 +306,7 @@ static PetscErrorCode TestResolvedPlate(void)
                                          "    elasticity: exact  # default\n",
                                          "        low: [0 m, 0 m]  # default\n",
                                          "        size: [0.4 m, 0.1 m]  # user\n",
-                                         "      order: 1  # default\n",
+                                         "      order: auto  # default\n",
                                          "  - group: xmin  # user\n    fix: [x, y]  # user\n",
                                          "      x: {table: [[0 s, 0 m/s], [0.001 s, 0.005 m/s]]}  # user\n",
                                          "    pressure: {ramp: {to: 2e+06 Pa, over: 0.001 s}}  # user\n",
