@@ -227,17 +227,20 @@ static PetscErrorCode CellType(AppCase *c, const char *body, MeshCellType *type)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Quadratic unless steps are explicit, where small elements cost less than good ones. */
+/* Quadratic unless steps are explicit, where small elements cost less than good ones, or cells are hexahedra, which linear do not lock and
+   which multigrid solves many times faster than quadratic ones. */
 static PetscErrorCode MeshOrder(AppCase *c, const char *body, PetscInt *order, PetscBool *incomplete)
 {
-  const char *method;
-  char        path[256];
+  const char  *method;
+  char         path[256];
+  MeshCellType type;
 
   PetscFunctionBegin;
+  PetscCall(CellType(c, body, &type));
   PetscCall(SceneGetString(c->scene, "time.method", &method));
   Path(path, "bodies.%s.mesh.order", body);
   PetscCall(SceneGetInt(c->scene, path, order));
-  if (!*order) *order = strcmp(method, "explicit") ? 2 : 1;
+  if (!*order) *order = strcmp(method, "explicit") && type != MESH_HEX8 ? 2 : 1;
   Path(path, "bodies.%s.mesh.incomplete", body);
   PetscCall(SceneGetBool(c->scene, path, incomplete));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -550,7 +553,6 @@ static PetscErrorCode ReadDemBody(AppCase *c)
 static PetscErrorCode ReadFemBody(AppCase *c)
 {
   const char *body = c->part[0].name;
-  char        path[256];
   PetscBool   box, cylinder, disc, incomplete;
   PetscInt    order;
 

@@ -59,7 +59,7 @@ PetscErrorCode MeshRead(MPI_Comm comm, const char *file, const MeshOptions *opti
 PetscErrorCode MeshCreateBox(MPI_Comm comm, const char *name, MeshCellType type, const PetscReal origin[3], const PetscReal length[3], const PetscInt n[3], Mesh *mesh);
 
 /* A disc in x, y with the group "side" (options: dimension 2), or a cylinder along z with "bottom", "top", "side" (3), of the body group
-   `name`; centre: of the disc or the bottom. By gmsh, as options say; size is needed. quads: a cylinder becomes layers of hexahedra. */
+   `name`; centre: of the disc or the bottom. By gmsh, as options say; size is needed. quads: a cylinder is drawn as layers, but gmsh may still fill it with tetrahedra. */
 PetscErrorCode MeshCreateRound(MPI_Comm comm, const char *name, const PetscReal centre[3], PetscReal radius, PetscReal height, const MeshOptions *options, Mesh *mesh);
 
 PetscErrorCode MeshFindGroup(const Mesh *mesh, const char *name, const MeshGroup **group); /* NULL when absent */

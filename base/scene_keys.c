@@ -109,7 +109,7 @@ static const SceneKey keys[] = {
   {"bodies.*.mesh",                            SCENE_MAP,    "",      NULL,        NULL,         NULL, "2",   "finite elements", SCENE_FEM | SCENE_FILL},
   {"bodies.*.mesh.size",                       SCENE_REAL,   "m",     NULL,        POSITIVE,     NULL, "-",   "element size; required for built-in shapes, else what the .geo says", 0},
   {"bodies.*.mesh.cells",                      SCENE_CHOICE, "",      "tri|tet",   NULL,         "tri quad tet hex", "2.5", "element shape", 0},
-  {"bodies.*.mesh.order",                      SCENE_INT,    "-",     "auto",      NULL,         "1 2", "2.5, 2.30",  "of the shape functions: linear or quadratic; auto: 2, but 1 where steps are explicit. A .msh file has its own", SCENE_AUTO},
+  {"bodies.*.mesh.order",                      SCENE_INT,    "-",     "auto",      NULL,         "1 2", "2.5, 2.30",  "of the shape functions: linear or quadratic; auto: 2, but 1 where steps are explicit and for hexahedra. A .msh file has its own", SCENE_AUTO},
   {"bodies.*.mesh.incomplete",                 SCENE_BOOL,   "",      "false",     NULL,         NULL, "2.30", "quadratic cells without nodes inside sides and cells: quad8, hex20 instead of quad9, hex27", 0},
   {"bodies.*.mesh.element",                    SCENE_CHOICE, "",      "enhanced",  NULL,         "enhanced full", "2.32", "linear quadrilaterals and hexahedra: with strains of their own, so that they do not lock; or plain", 0},
   {"bodies.*.dem",                             SCENE_MAP,    "",      NULL,        NULL,         NULL, "3",   "bonded particles", SCENE_DEM | SCENE_REQUIRED},

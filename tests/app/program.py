@@ -470,7 +470,7 @@ def test_readings(folder):
 
 
 def test_cantilever(folder):
-    """examples/elastic_cantilever: 1.7 % short of Timoshenko's tip deflection, as linear hexahedra with 8 cells of depth are."""
+    """examples/elastic_cantilever: 0.8 % short of Timoshenko's tip deflection: 0.7 % is the clamp, little is left to hexahedra that do not lock."""
     cleave("run", os.path.join(SOURCE, "examples/elastic_cantilever/scene.yaml"), "--output", "out", cwd=folder)
     names = read(folder, "out", "history.csv").decode().splitlines()[0].split(",")
     last = dict(zip((name.split("[")[0] for name in names), numpy.genfromtxt(os.path.join(folder, "out", "history.csv"), delimiter=",", skip_header=1)[-1]))
@@ -479,7 +479,7 @@ def test_cantilever(folder):
     kappa = 10 * (1 + poisson) / (12 + 11 * poisson)
     tip = force * length ** 3 / (3 * young * height ** 4 / 12) + force * length / (kappa * shear * height ** 2)
     ratio = -last["displacement(tip).z"] / tip
-    check(0.980 < ratio < 0.988, "tip", last["displacement(tip).z"], "Timoshenko", tip, "ratio", ratio)
+    check(0.990 < ratio < 0.994, "tip", last["displacement(tip).z"], "Timoshenko", tip, "ratio", ratio)
     check(abs(last["reaction(clamp).z"] / force - 1) < 1e-6, "reaction", last["reaction(clamp).z"])
 
 

@@ -242,6 +242,31 @@ static PetscErrorCode TestCutFilesAreRefused(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Discs and cylinders: quadratic cells follow the circle, so volume and sides are right to the fourth order; groups as promised. */
+static PetscErrorCode TestRound(void)
+{
+  const PetscReal centre[3] = {1, 2, 3}, r = 0.5, h = 2;
+
+  PetscFunctionBeginUser;
+  for (PetscInt dim = 2; dim <= 3; dim++)
+    for (PetscInt k = 0; k < 4; k++) {
+      const MeshOptions options = {dim, 0.2, 2 - k % 2, 1, k / 2 ? PETSC_TRUE : PETSC_FALSE, PETSC_FALSE};
+      const PetscReal   error   = k % 2 ? 0.05 : 1e-3;
+      Mesh              mesh;
+
+      PetscCall(MeshCreateRound(PETSC_COMM_SELF, "body", centre, r, h, &options, &mesh));
+      CheckInt(mesh.dim, dim);
+      CheckInt(mesh.n_groups, dim == 2 ? 2 : 4);
+      CheckClose(Volume(&mesh, "body"), PETSC_PI * r * r * (dim == 3 ? h : 1), error);
+      CheckClose(Volume(&mesh, "side"), 2 * PETSC_PI * r * (dim == 3 ? h : 1), error);
+      if (dim == 3) CheckClose(Volume(&mesh, "bottom"), PETSC_PI * r * r, error);
+      if (dim == 3) CheckClose(Volume(&mesh, "top"), PETSC_PI * r * r, error);
+      PetscCall(MeshDestroy(&mesh));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+CHECK_TEST(TestRound)
 CHECK_TEST(TestBoxes)
 CHECK_TEST(TestPlaneGeometry)
 CHECK_TEST(TestSameFileSameMesh)
@@ -250,5 +275,5 @@ CHECK_TEST(TestMeshFile)
 CHECK_TEST(TestRefusals)
 CHECK_TEST(TestCutFilesAreRefused)
 
-static const struct CMUnitTest tests[] = {TEST(TestBoxes), TEST(TestPlaneGeometry), TEST(TestSameFileSameMesh), TEST(TestSecondOrderIsRead), TEST(TestMeshFile), TEST(TestRefusals), TEST(TestCutFilesAreRefused)};
+static const struct CMUnitTest tests[] = {TEST(TestRound), TEST(TestBoxes), TEST(TestPlaneGeometry), TEST(TestSameFileSameMesh), TEST(TestSecondOrderIsRead), TEST(TestMeshFile), TEST(TestRefusals), TEST(TestCutFilesAreRefused)};
 CHECK_MAIN(tests)
