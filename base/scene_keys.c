@@ -223,7 +223,7 @@ static const SceneKey keys[] = {
   {"coupling.switch.when",                     SCENE_CHOICE, "",      "rankine",   NULL,         "rankine mohr-coulomb never", "8.1, 8.2", "criterion on the elements' stress: tension, or shear with mu_static too; never: for comparison", 0},
   {"coupling.switch.at",                       SCENE_REAL,   "-",     "0.7",       "(0, 1)",     NULL, "8.1",   "fraction of the strength", 0},
   {"coupling.switch.hysteresis",               SCENE_REAL,   "-",     "0.1",       "[0, 1)",     NULL, "8.1",   "an event takes along elements above (1 - this) of that fraction", 0},
-  {"coupling.switch.ahead",                    SCENE_INT,    "-",     "0",         "[0, 100]",   NULL, "8",   "and so many rings of elements around those that reached it", 0},
+  {"coupling.switch.ahead",                    SCENE_INT,    "-",     "1",         "[0, 100]",   NULL, "8",   "and so many rings of elements around those that reached it", 0},
   {"coupling.switch.group",                    SCENE_TEXT,   "",      NULL,        NULL,         NULL, "8",   "the physical group that may turn; without: all of the body", 0},
 
   {"output",                                   SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "what is written, how often", SCENE_FILL},

@@ -111,7 +111,7 @@ static void CellStress(const CouplingSwitch sw, const CouplingHalves *h, const P
   }
 }
 
-/* Bonds of the overlap at or above their strength ask for the cells they lie in. */
+/* Bonds of the overlap that near their strength, half way from `at` to 1, ask for the cells they lie in: a crack's tip is finer than an element.  Eq. (8.3) */
 static PetscErrorCode LookAtBonds(CouplingSwitch sw, const PetscReal *u, PetscBool marked[], PetscReal *highest)
 {
   const CouplingHalves *h = sw->now;
@@ -130,7 +130,7 @@ static PetscErrorCode LookAtBonds(CouplingSwitch sw, const PetscReal *u, PetscBo
     CellStress(sw, h, u, h->top_of[c], stress);
     CouplingPrincipal_Internal(sw->whole->dim, stress, value, major);
     use = CouplingFacetUse_Internal(&sw->strength, t + 3 * k, normal + 3 * k, major);
-    if (use < 1) continue;
+    if (use < 0.5 * (1 + sw->options.at)) continue;
     *highest  = PetscMax(*highest, use);
     marked[c] = PETSC_TRUE;
   }
