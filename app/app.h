@@ -140,6 +140,7 @@ PetscErrorCode AppReadingsNeed(AppCase *c, const AppQuantity *strain); /* the co
 PetscErrorCode AppReadingsBegin(AppCase *c);                          /* puts itself before c->stepper */
 PetscErrorCode AppReadingsDestroy(AppCase *c);
 PetscErrorCode AppSideOf(AppCase *c, const char *path, const char *group, PetscBool *particles);
+PetscErrorCode AppContactApply(AppCase *c);
 
 /* Threads to use: those asked for, else the cores this process may use, shared among the ranks of the machine. */
 PetscErrorCode AppThreads(MPI_Comm comm, PetscInt asked, PetscInt *threads);

@@ -133,11 +133,15 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
 
   PetscFunctionBegin;
   PetscCall(AppCasePack(c));
-  PetscCall(AppClockBegin(&c->clock, "cells"));
-  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
-  AppCallAt(c->scene, path, DemCellsCreate(&c->body, &c->packing, &c->cells));
-  c->made_cells++;
-  PetscCall(AppClockEnd(&c->clock));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.bonded", part->name));
+  PetscCall(SceneGetBool(c->scene, path, &bonded));
+  if (bonded) { /* loose grains are their spheres */
+    PetscCall(AppClockBegin(&c->clock, "cells"));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
+    AppCallAt(c->scene, path, DemCellsCreate(&c->body, &c->packing, &c->cells));
+    c->made_cells++;
+    PetscCall(AppClockEnd(&c->clock));
+  }
   PetscCall(AppClockBegin(&c->clock, "dem set-up"));
   PetscCall(DemModelCreate(c->comm, &c->dem));
   c->made_dem++;
@@ -149,15 +153,14 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   if (part->cohesive) AppCallAt(c->scene, path, DemModelSetStrength(c->dem, &part->strength));
   PetscCall(DemModelSetLocalDamping(c->dem, part->local_damping));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
-  AppCallAt(c->scene, path, DemModelSetBody(c->dem, &c->body, &c->packing, &c->cells));
+  PetscCall(DemModelSetBonded(c->dem, bonded));
+  AppCallAt(c->scene, path, DemModelSetBody(c->dem, &c->body, &c->packing, bonded ? &c->cells : NULL));
   PetscCall(DemCellsDestroy(&c->cells));
   PetscCall(DemPackingDestroy(&c->packing));
-  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.bonded", part->name));
-  PetscCall(SceneGetBool(c->scene, path, &bonded));
-  AppCallAt(c->scene, path, DemModelSetBonded(c->dem, bonded));
   PetscCall(InitialVelocity(c, velocity, path));
   PetscCall(DemModelSetInitialVelocity(c->dem, velocity));
   PetscCall(AppConditionsApply(c));
+  PetscCall(AppContactApply(c));
   AppCallAt(c->scene, "conditions", DemModelSetUp(c->dem));
   PetscCall(DemModelGetStepper(c->dem, &c->stepper));
   PetscCall(AppClockEnd(&c->clock));

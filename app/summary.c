@@ -100,6 +100,25 @@ PetscErrorCode AppCountsPrint(AppCase *c, FILE *out)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What the search of contacts looked at: an intact body's interior never. */
+static PetscErrorCode ContactJson(AppCase *c, Json *json)
+{
+  DemContactCounts n;
+
+  PetscFunctionBegin;
+  PetscCall(DemModelGetContactCounts(c->dem, &n));
+  if (!n.searches) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(JsonBeginObject(json, "counts"));
+  PetscCall(JsonInt(json, "contact_searches", n.searches));
+  PetscCall(JsonInt(json, "contact_particles_searched", n.searched));
+  PetscCall(JsonInt(json, "contact_pairs", n.pairs));
+  PetscCall(JsonInt(json, "contacts_touching", n.touching));
+  PetscCall(JsonInt(json, "particles_left_box", n.left));
+  PetscCall(JsonReal(json, "deepest_overlap_of_radius", n.deepest));
+  PetscCall(JsonEnd(json));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode RunJson(AppCase *c, const RunSummary *run, Json *json)
 {
   PetscFunctionBegin;
@@ -171,6 +190,7 @@ PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary
   PetscCall(AppVersionsJson(&json));
   PetscCall(AppPlanJson(c, plan, &json));
   PetscCall(AppCountsJson(c, &json));
+  if (c->dem) PetscCall(ContactJson(c, &json));
   if (run) PetscCall(RunJson(c, run, &json));
   if (run) PetscCall(AppSwitchesJson(c, &json));
 

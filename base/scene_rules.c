@@ -412,6 +412,38 @@ static PetscErrorCode CheckTools(Scene scene, SceneNode tools, SceneNode bodies)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Contact among particles: someone to meet, a law that fits, corners where they are needed. */
+static PetscErrorCode CheckContact(Scene scene, SceneNode contact, SceneNode bodies)
+{
+  const SceneNode domain = SceneNodeChild(contact, "domain"), law = SceneNodeChild(contact, "law"), friction = SceneNodeChild(contact, "friction"), rest = SceneNodeChild(contact, "static_friction");
+  const PetscBool bounded = (PetscBool)(SceneNodeIs(domain, "box") || SceneNodeIs(domain, "periodic"));
+  PetscBool       any = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  if (!contact || contact->kind != NODE_MAP || !bodies || bodies->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
+  for (SceneNode body = bodies->first; body; body = body->next) any = (PetscBool)(any || SceneNodeIs(SceneNodeChild(body, "method"), "dem"));
+  if (!any) PetscCall(SceneFaultKey(scene, contact, "contact is between particles, and no body has method: dem; take it out"));
+  if (SceneNodeIs(law, "hertz") && scene->dimension == 2) PetscCall(SceneFaultValue(scene, law, "hertz is the law of spheres; with dimension: 2 use linear"));
+  if (rest && rest->good && rest->value > 0 && rest->value < (friction && friction->good ? friction->value : 0)) PetscCall(SceneFaultValue(scene, rest, "static_friction is less than friction; it must be at least that, or left out"));
+  for (PetscInt k = 0; k < 2; k++) {
+    const SceneNode corner = SceneNodeChild(contact, k ? "high" : "low");
+
+    if (bounded && !corner) PetscCall(SceneFaultValue(scene, domain, "domain: %s needs both corners, contact.low and contact.high", domain->text));
+    if (!bounded && corner) PetscCall(SceneFaultKey(scene, corner, "%s is a corner of domain: box or periodic; take it out or name the domain", k ? "high" : "low"));
+  }
+  if (bounded) {
+    const SceneNode low = SceneNodeChild(contact, "low"), high = SceneNodeChild(contact, "high");
+
+    if (low && high && low->good && high->good)
+      for (SceneNode a = low->first, b = high->first; a && b; a = a->next, b = b->next)
+        if (b->value < a->value || (b->value == a->value && SceneNodeIs(domain, "box"))) {
+          PetscCall(SceneFaultValue(scene, high, "high lies below low along an axis; high must be the larger"));
+          break;
+        }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The group within "reaction(load)", or the two within "strain(top, bottom)". */
 static PetscErrorCode CheckQuantity(Scene scene, SceneNode node)
 {
@@ -510,6 +542,7 @@ PetscErrorCode SceneRules(Scene scene)
   if (conditions && conditions->kind == NODE_LIST)
     for (SceneNode condition = conditions->first; condition; condition = condition->next) PetscCall(CheckCondition(scene, condition, i++));
   PetscCall(CheckTools(scene, SceneNodeChild(root, "tools"), bodies));
+  PetscCall(CheckContact(scene, SceneNodeChild(root, "contact"), bodies));
   if (materials && materials->kind == NODE_MAP)
     for (SceneNode material = materials->first; material; material = material->next) {
       PetscCall(CheckStrength(scene, material));

@@ -139,6 +139,36 @@ static PetscErrorCode CellsCreate(DemModel model, Cells *cells)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Particles whose centre is outside the box stop and take no part any more. Their kinetic energy goes with them, as the ledger had it
+   a step ago under what pulls on a free particle. */
+static void Leave(DemModel model)
+{
+  DemContacts   *c = &model->contacts;
+  const PetscInt n = model->n;
+
+  for (PetscInt p = 0; p < n; p++) {
+    PetscBool out = PETSC_FALSE;
+    PetscReal x[3];
+
+    if (c->gone[p]) continue;
+    Position(model, p, x);
+    for (PetscInt d = 0; d < model->dim; d++) out = (PetscBool)(out || x[d] < c->options.low[d] || x[d] > c->options.high[d]);
+    if (!out) continue;
+    for (PetscInt d = 0; d < model->dim; d++) {
+      PetscReal *v = &model->v[d * n + p];
+
+      c->taken += 0.5 * model->mass[p] * *v * (*v + model->dt_last * model->gravity[d]);
+      *v = 0;
+    }
+    for (PetscInt d = 0; d < model->nrot; d++) {
+      c->taken += 0.5 * model->inertia[p] * PetscSqr(model->spin[d * n + p]);
+      model->spin[d * n + p] = 0;
+    }
+    c->gone[p] = 1;
+    c->n_gone++;
+  }
+}
+
 /* Facets still join them. Bonds are sorted by p, then q. */
 static PetscBool Joined(DemModel model, const PetscInt *first_bond, PetscInt p, PetscInt q)
 {
@@ -225,6 +255,7 @@ PetscErrorCode DemContactsSearch_Internal(DemModel model)
   Cells          cells;
 
   PetscFunctionBegin;
+  if (c->gone) Leave(model);
   c->broken = PartBonds(model);
   PetscCall(DemContactsWho_Internal(model));
   PetscCall(CellsCreate(model, &cells));

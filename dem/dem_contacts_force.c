@@ -332,6 +332,30 @@ PetscErrorCode DemContactsForce_Internal(DemModel model, PetscReal dt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+void DemContactsStill_Internal(DemModel model)
+{
+  const PetscInt n = model->n;
+
+  for (PetscInt p = 0; p < n; p++)
+    if (model->contacts.gone[p])
+      for (PetscInt d = 0; d < 3; d++) model->f[d * n + p] = model->torque[d * n + p] = 0;
+}
+
+void DemContactsThrough_Internal(DemModel model, PetscReal *sum, PetscInt *touching)
+{
+  const DemContacts *c = &model->contacts;
+
+  for (PetscInt k = 0; k < c->m; k++) {
+    const PetscInt        p = c->p[k], q = c->q[k];
+    const DemContactPair *pair = &c->table[(c->kind ? c->kind[p] : 0) * c->n_kinds + (c->kind ? c->kind[q] : 0)];
+    const PetscReal       size = c->flat > 0 ? c->flat : model->r[p] * model->r[q] / (model->r[p] + model->r[q]), overlap = PetscAbsReal(c->past[DEM_PAST * k + DEM_PAST_OVERLAP]);
+
+    if (!c->met[k]) continue;
+    *sum += pair->share * DemContactStiffness(pair, size, overlap) * overlap;
+    (*touching)++;
+  }
+}
+
 /* Energy stored in the contacts that touch [J] */
 PetscReal DemContactsEnergy_Internal(DemModel model)
 {

@@ -121,6 +121,7 @@ PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt)
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS | DEM_WITH_FAILURE));
   if (model->contacts.on) PetscCall(DemContactsForce_Internal(model, dt));
   if (model->n_tools) PetscCall(DemToolsForce_Internal(model, dt));
+  if (model->contacts.n_gone) DemContactsStill_Internal(model);
   if (model->walls.n) {
     DemFacesReactions_Internal(model);
     for (PetscInt k = 0; k < model->n_faces; k++)

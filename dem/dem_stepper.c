@@ -35,7 +35,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
       ledger->energy[LEDGER_FRACTURE] += model->crack.work[k];
       ledger->energy[LEDGER_FRICTION] += model->crack.rub[k];
     }
-  ledger->energy[LEDGER_WORK]     = model->work + gravity;
+  ledger->energy[LEDGER_WORK]     = model->work + gravity - model->contacts.taken;
   ledger->work_in                 = model->work_in + PetscAbsReal(gravity);
   ledger->scale                   = 0; /* strain energy of a strain of one: what the floor of the error is taken from */
   for (PetscInt p = 0; p < n; p++) ledger->scale += 0.5 * model->material.young * model->volume[p];
@@ -88,6 +88,7 @@ PetscErrorCode DemUnbalanced_Internal(void *ctx, PetscReal *ratio)
   const PetscReal *f = model->f;
   PetscReal        net = 0, through = 0;
   const DemBonds  *b = &model->bonds;
+  PetscInt         m = b->n;
 
   PetscFunctionBegin;
   for (PetscInt p = 0; p < n; p++) net += PetscSqrtReal(PetscSqr(f[p]) + PetscSqr(f[n + p]) + PetscSqr(f[2 * n + p]));
@@ -97,7 +98,8 @@ PetscErrorCode DemUnbalanced_Internal(void *ctx, PetscReal *ratio)
     DemBondForce_Internal(model, e, t);
     through += PetscSqrtReal(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
   }
-  *ratio = through > 0 ? (net / n) / (through / b->n) : 0;
+  if (model->contacts.on) DemContactsThrough_Internal(model, &through, &m);
+  *ratio = through > 0 ? (net / n) / (through / m) : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -129,11 +131,34 @@ static void RotationVectors(DemModel model, PetscReal *to)
   }
 }
 
+/* Rows of particles that have left the box go; the arrays are ours to shorten. */
+static PetscErrorCode LeaveOut(DemModel model, OutputBlock *block, PetscReal **where)
+{
+  PetscInt kept = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(3 * model->n, where));
+  for (PetscInt k = 0; k < model->n; k++) {
+    if (model->contacts.gone[model->rank_of[k]]) continue;
+    for (PetscInt d = 0; d < 3; d++) (*where)[3 * kept + d] = model->packing.x[3 * k + d];
+    for (PetscInt a = 0; a < block->n_arrays; a++) {
+      PetscReal     *data = (PetscReal *)block->array[a].data;
+      const PetscInt w = block->array[a].components;
+
+      for (PetscInt d = 0; d < w; d++) data[w * kept + d] = data[w * k + d];
+    }
+    kept++;
+  }
+  block->n_points = block->n_cells = kept;
+  block->x = *where;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode StepperWrite(void *ctx, Output output)
 {
   DemModel       model = ctx;
   const PetscInt n = model->n;
-  PetscReal     *data[9] = {NULL}, *radius;
+  PetscReal     *data[9] = {NULL}, *radius, *where = NULL;
   PetscInt      *start, *node, m = 0;
   unsigned char *type;
   OutputArray    array[12];
@@ -202,7 +227,9 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
     array[m++] = (OutputArray){"fragment", "-", OUTPUT_POINT_DATA, 1, data[8]};
   }
   block.n_arrays = m;
+  if (model->contacts.n_gone) PetscCall(LeaveOut(model, &block, &where));
   PetscCall(OutputFrameBlock(output, &block));
+  PetscCall(PetscFree(where));
   if (model->n_tools) PetscCall(DemToolsWrite_Internal(model, output));
   if (OutputWants(output, "bonds") && model->bonds.n) PetscCall(DemWriteBonds_Internal(model, output));
   if (OutputWants(output, "damage") && model->crack.damage) PetscCall(DemWriteCracks_Internal(model, output));
