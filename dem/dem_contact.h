@@ -20,6 +20,9 @@
 #pragma once
 #include "base.h"
 
+/* Into the loop of the caller, whatever the size: only so it is vectorised. */
+#define DEM_INLINE static inline __attribute__((always_inline))
+
 typedef enum { DEM_CONTACT_LINEAR, DEM_CONTACT_HERTZ } DemContactLaw;
 
 /* What a user says of two materials; zero is rigid (young), none (rolling, twisting), or "derive it" where stated. */
@@ -79,13 +82,13 @@ PetscErrorCode DemContactPairSet(DemContactPair *pair, const DemContactChoice *c
 PetscReal DemContactDamping(PetscReal e);
 
 /* dF/d(overlap) [N/m].  Eq. (5.20) */
-static inline PetscReal DemContactStiffness(const DemContactPair *pair, PetscReal size, PetscReal overlap)
+DEM_INLINE PetscReal DemContactStiffness(const DemContactPair *pair, PetscReal size, PetscReal overlap)
 {
   return pair->modulus * PetscSqrtReal(size * (pair->hertz * overlap + (1 - pair->hertz) * size));
 }
 
 /* Keep a vector's length while n turns and the pair spins by `angle` about it.  Eq. (5.25) */
-static inline void DemContactCarry(const PetscReal n[3], PetscReal angle, PetscReal a[3])
+DEM_INLINE void DemContactCarry(const PetscReal n[3], PetscReal angle, PetscReal a[3])
 {
   const PetscReal was = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
   PetscReal       x = a[0] + angle * (n[1] * a[2] - n[2] * a[1]), y = a[1] + angle * (n[2] * a[0] - n[0] * a[2]), z = a[2] + angle * (n[0] * a[1] - n[1] * a[0]);
@@ -105,13 +108,13 @@ static inline void DemContactCarry(const PetscReal n[3], PetscReal angle, PetscR
   A spring k |a|^2/2 in the contact plane, stretched by `more` and cut at `most_static`, or at `most` once it gives way.
   k_old: its stiffness a step ago. Returns the energy that friction took; *slides tells whether it gave way.  Eqs (5.26)-(5.29)
 */
-static inline PetscReal DemContactSpring(PetscReal k_old, PetscReal k, PetscReal carry, const PetscReal more[3], PetscReal most_static, PetscReal most, PetscReal a[3], PetscReal force[3], PetscReal *length, PetscReal *slides)
+DEM_INLINE PetscReal DemContactSpring(PetscReal k_old, PetscReal k, PetscReal carry, const PetscReal more[3], PetscReal most_static, PetscReal most, PetscReal a[3], PetscReal force[3], PetscReal *length, PetscReal *slides)
 {
   const PetscReal ox = a[0], oy = a[1], oz = a[2];
   const PetscReal px = carry * ox, py = carry * oy, pz = carry * oz; /* while the normal force grows the spring keeps its force */
   const PetscReal tx = px + more[0], ty = py + more[1], tz = pz + more[2];
   const PetscReal pull = k * PetscSqrtReal(tx * tx + ty * ty + tz * tz), gives = pull > most_static ? 1 : 0;
-  const PetscReal keep = gives > 0 ? most / (pull > 1e-300 ? pull : 1e-300) : 1;
+  const PetscReal keep = 1 + gives * (most / (pull > 1e-150 ? pull : 1e-150) - 1); /* no division behind a condition: GCC would leave the loop scalar */
   const PetscReal nx = keep * tx, ny = keep * ty, nz = keep * tz;
   PetscReal       lost = 0.5 * (ox * ox + oy * oy + oz * oz) * (k_old - k * carry * carry); /* never negative: carry = min(1, k_old/k) */
 
@@ -129,7 +132,7 @@ static inline PetscReal DemContactSpring(PetscReal k_old, PetscReal k, PetscReal
 }
 
 /* One step of a contact with overlap > 0. `turns` (a constant at the call): with rolling and twisting resistance. */
-static inline void DemContactStep(const DemContactPair *pair, const DemContactMotion *m, PetscReal dt, int turns, DemContactHistory *h, DemContactForce *out)
+DEM_INLINE void DemContactStep(const DemContactPair *pair, const DemContactMotion *m, PetscReal dt, int turns, DemContactHistory *h, DemContactForce *out)
 {
   const PetscReal *n = m->n, *v = m->v;
   const PetscReal  before = PetscAbsReal(h->overlap);
@@ -146,7 +149,7 @@ static inline void DemContactStep(const DemContactPair *pair, const DemContactMo
 
   /* Dashpot of the sticking spring, within what Coulomb leaves: it always opposes the motion.  Eq. (5.28) */
   const PetscReal viscous = pair->drag_tangent * root, speed = viscous * PetscSqrtReal(vt[0] * vt[0] + vt[1] * vt[1] + vt[2] * vt[2]);
-  const PetscReal room = most_now - length, part = slides > 0 || room <= 0 ? 0 : (speed <= room ? 1 : room / speed);
+  const PetscReal room = most_now > length ? most_now - length : 0, share = room / (speed > 1e-150 ? speed : 1e-150), part = (1 - slides) * (share < 1 ? share : 1);
   const PetscReal dx = drag * n[0] - part * viscous * vt[0], dy = drag * n[1] - part * viscous * vt[1], dz = drag * n[2] - part * viscous * vt[2];
 
   out->damping  = -0.5 * dt * ((dx + h->drag[0]) * v[0] + (dy + h->drag[1]) * v[1] + (dz + h->drag[2]) * v[2]);

@@ -23,122 +23,149 @@ static void CopyParticle(DemModel model, PetscInt p, PetscReal *a)
   a[AT_KIND] = model->contacts.kind ? model->contacts.kind[p] : 0;
 }
 
-/* Results of a chunk's contacts, side by side: force and n x force on the first, couple, arms. */
+/* A chunk's contacts side by side, first less second: what the law reads and what it leaves, one row per number. */
+enum { ROW_X = 0, ROW_RA = 3, ROW_RB, ROW_MA, ROW_MB, ROW_V, ROW_WA = ROW_V + 3, ROW_WB = ROW_WA + 3, ROW_PAST = ROW_WB + 3, ROW_ROLL = ROW_PAST + DEM_PAST, ROW_F = ROW_ROLL + 4, ROW_TA = ROW_F + 3, ROW_TB = ROW_TA + 3, ROW_FRICTION = ROW_TB + 3, ROW_DAMPING, ROW_DEPTH, ROWS };
+
 typedef struct {
-  PetscReal f[3][DEM_CONTACT_CHUNK], q[3][DEM_CONTACT_CHUNK], couple[3][DEM_CONTACT_CHUNK], arm[2][DEM_CONTACT_CHUNK];
+  PetscReal row[ROWS][DEM_CONTACT_CHUNK];
+  int       pair[DEM_CONTACT_CHUNK]; /* of the table */
 } Chunk;
 
-/*
-  The law over `hits` pairs hit[] of the list. sum: friction, damping [J], deepest overlap / radius.
-  `turns`, `many` (several materials) and `periodic` are constants at the call, so each combination is its own loop.
-*/
-static inline __attribute__((always_inline)) void Laws(const DemContacts *c, PetscInt hits, const int *restrict hit, const PetscReal *restrict at, PetscReal dt, int turns, int many, int periodic, Chunk *restrict out,
-                                                       PetscReal sum[3])
+/* The law of column i. Apart from its loop, whose pragma would keep the records below in memory. */
+DEM_INLINE void Law(const DemContactPair *pair, PetscReal flat, PetscReal dt, int turns, PetscInt i, PetscReal (*restrict R)[DEM_CONTACT_CHUNK])
 {
-  const DemContactPair *table = c->table, one = table[0];
-  const PetscInt        kinds = c->n_kinds;
-  const int *restrict ip = c->ip, *restrict iq = c->iq;
-  const PetscReal *restrict image = c->image;
-  const PetscReal flat = c->flat;
-  PetscReal *restrict past = c->past, *restrict roll = c->roll;
-  PetscReal friction = 0, damping = 0, deepest = 0;
+  const PetscReal   round = flat > 0 ? 0 : 1;
+  const PetscReal   ra = R[ROW_RA][i], rb = R[ROW_RB][i], ma = R[ROW_MA][i], mb = R[ROW_MB][i], x = R[ROW_X][i], y = R[ROW_X + 1][i], z = R[ROW_X + 2][i];
+  const PetscReal   ax = R[ROW_WA][i], ay = R[ROW_WA + 1][i], az = R[ROW_WA + 2][i], bx = R[ROW_WB][i], by = R[ROW_WB + 1][i], bz = R[ROW_WB + 2][i];
+  const PetscReal   d2 = x * x + y * y + z * z, d = PetscSqrtReal(d2 > 1e-300 ? d2 : 1e-300), inverse = 1 / d, overlap = ra + rb - d, aa = ra - 0.5 * overlap, ab = rb - 0.5 * overlap;
+  const PetscReal   wx = aa * ax + ab * bx, wy = aa * ay + ab * by, wz = aa * az + ab * bz;
+  DemContactMotion  m;
+  DemContactHistory h;
+  DemContactForce   f;
 
-#pragma omp simd reduction(+ : friction, damping) reduction(max : deepest)
-  for (PetscInt i = 0; i < hits; i++) {
-    const int         k = hit[i], a = AT_ALL * ip[k], b = AT_ALL * iq[k];
-    const PetscReal   ra = at[a + AT_R], rb = at[b + AT_R], ma = at[a + AT_M], mb = at[b + AT_M];
-    PetscReal         x = at[a] - at[b], y = at[a + 1] - at[b + 1], z = at[a + 2] - at[b + 2];
-    DemContactMotion  m;
-    DemContactHistory h;
-    DemContactForce   f;
-
-    if (periodic) {
-      x += image[3 * k];
-      y += image[3 * k + 1];
-      z += image[3 * k + 2];
-    }
-    const PetscReal d = PetscSqrtReal(x * x + y * y + z * z), inverse = 1 / (d > 1e-300 ? d : 1e-300), overlap = ra + rb - d, aa = ra - 0.5 * overlap, ab = rb - 0.5 * overlap;
-    const PetscReal wx = aa * at[a + AT_W] + ab * at[b + AT_W], wy = aa * at[a + AT_W + 1] + ab * at[b + AT_W + 1], wz = aa * at[a + AT_W + 2] + ab * at[b + AT_W + 2];
-
-    m.n[0]    = x * inverse;
-    m.n[1]    = y * inverse;
-    m.n[2]    = z * inverse;
-    m.v[0]    = at[a + AT_V] - at[b + AT_V] - (wy * m.n[2] - wz * m.n[1]);
-    m.v[1]    = at[a + AT_V + 1] - at[b + AT_V + 1] - (wz * m.n[0] - wx * m.n[2]);
-    m.v[2]    = at[a + AT_V + 2] - at[b + AT_V + 2] - (wx * m.n[1] - wy * m.n[0]);
-    m.spin[0] = at[a + AT_W] - at[b + AT_W];
-    m.spin[1] = at[a + AT_W + 1] - at[b + AT_W + 1];
-    m.spin[2] = at[a + AT_W + 2] - at[b + AT_W + 2];
-    m.turn    = 0.5 * ((at[a + AT_W] + at[b + AT_W]) * m.n[0] + (at[a + AT_W + 1] + at[b + AT_W + 1]) * m.n[1] + (at[a + AT_W + 2] + at[b + AT_W + 2]) * m.n[2]);
-    m.radius  = ra * rb / (ra + rb);
-    m.size    = flat > 0 ? flat : m.radius;
-    m.mass    = ma * mb / (ma + mb);
-    m.overlap = overlap - past[DEM_PAST * k + DEM_PAST_OFFSET];
-    h.slip[0] = past[DEM_PAST * k];
-    h.slip[1] = past[DEM_PAST * k + 1];
-    h.slip[2] = past[DEM_PAST * k + 2];
-    h.overlap = past[DEM_PAST * k + DEM_PAST_OVERLAP];
-    h.drag[0] = past[DEM_PAST * k + DEM_PAST_DRAG];
-    h.drag[1] = past[DEM_PAST * k + DEM_PAST_DRAG + 1];
-    h.drag[2] = past[DEM_PAST * k + DEM_PAST_DRAG + 2];
-    if (turns) {
-      h.roll[0] = roll[4 * k];
-      h.roll[1] = roll[4 * k + 1];
-      h.roll[2] = roll[4 * k + 2];
-      h.twist   = roll[4 * k + 3];
-    }
-    if (many) DemContactStep(&table[(int)at[a + AT_KIND] * kinds + (int)at[b + AT_KIND]], &m, dt, turns, &h, &f);
-    else DemContactStep(&one, &m, dt, turns, &h, &f);
-    past[DEM_PAST * k]                        = h.slip[0];
-    past[DEM_PAST * k + 1]                    = h.slip[1];
-    past[DEM_PAST * k + 2]                    = h.slip[2];
-    past[DEM_PAST * k + DEM_PAST_OVERLAP]     = h.overlap;
-    past[DEM_PAST * k + DEM_PAST_DRAG]        = h.drag[0];
-    past[DEM_PAST * k + DEM_PAST_DRAG + 1]    = h.drag[1];
-    past[DEM_PAST * k + DEM_PAST_DRAG + 2]    = h.drag[2];
-    if (turns) {
-      roll[4 * k]     = h.roll[0];
-      roll[4 * k + 1] = h.roll[1];
-      roll[4 * k + 2] = h.roll[2];
-      roll[4 * k + 3] = h.twist;
-    }
-    friction += f.friction;
-    damping += f.damping;
-    deepest         = m.overlap / m.radius > deepest ? m.overlap / m.radius : deepest;
-    out->f[0][i]    = f.force[0];
-    out->f[1][i]    = f.force[1];
-    out->f[2][i]    = f.force[2];
-    out->q[0][i]    = m.n[1] * f.force[2] - m.n[2] * f.force[1];
-    out->q[1][i]    = m.n[2] * f.force[0] - m.n[0] * f.force[2];
-    out->q[2][i]    = m.n[0] * f.force[1] - m.n[1] * f.force[0];
-    out->arm[0][i]  = aa;
-    out->arm[1][i]  = ab;
-    if (turns) {
-      out->couple[0][i] = f.couple[0];
-      out->couple[1][i] = f.couple[1];
-      out->couple[2][i] = f.couple[2];
-    }
+  m.n[0]    = x * inverse;
+  m.n[1]    = y * inverse;
+  m.n[2]    = z * inverse;
+  m.v[0]    = R[ROW_V][i] - (wy * m.n[2] - wz * m.n[1]);
+  m.v[1]    = R[ROW_V + 1][i] - (wz * m.n[0] - wx * m.n[2]);
+  m.v[2]    = R[ROW_V + 2][i] - (wx * m.n[1] - wy * m.n[0]);
+  m.spin[0] = ax - bx;
+  m.spin[1] = ay - by;
+  m.spin[2] = az - bz;
+  m.turn    = 0.5 * ((ax + bx) * m.n[0] + (ay + by) * m.n[1] + (az + bz) * m.n[2]);
+  m.radius  = ra * rb / (ra + rb);
+  m.size    = flat + round * m.radius;
+  m.mass    = ma * mb / (ma + mb);
+  m.overlap = overlap - R[ROW_PAST + DEM_PAST_OFFSET][i];
+  h.slip[0] = R[ROW_PAST][i];
+  h.slip[1] = R[ROW_PAST + 1][i];
+  h.slip[2] = R[ROW_PAST + 2][i];
+  h.overlap = R[ROW_PAST + DEM_PAST_OVERLAP][i];
+  h.drag[0] = R[ROW_PAST + DEM_PAST_DRAG][i];
+  h.drag[1] = R[ROW_PAST + DEM_PAST_DRAG + 1][i];
+  h.drag[2] = R[ROW_PAST + DEM_PAST_DRAG + 2][i];
+  h.roll[0] = h.roll[1] = h.roll[2] = h.twist = 0;
+  if (turns) {
+    h.roll[0] = R[ROW_ROLL][i];
+    h.roll[1] = R[ROW_ROLL + 1][i];
+    h.roll[2] = R[ROW_ROLL + 2][i];
+    h.twist   = R[ROW_ROLL + 3][i];
   }
-  sum[0] += friction;
-  sum[1] += damping;
-  sum[2] = PetscMax(sum[2], deepest);
+  DemContactStep(pair, &m, dt, turns, &h, &f);
+  R[ROW_PAST][i]                    = h.slip[0];
+  R[ROW_PAST + 1][i]                = h.slip[1];
+  R[ROW_PAST + 2][i]                = h.slip[2];
+  R[ROW_PAST + DEM_PAST_OVERLAP][i] = h.overlap;
+  R[ROW_PAST + DEM_PAST_DRAG][i]    = h.drag[0];
+  R[ROW_PAST + DEM_PAST_DRAG + 1][i] = h.drag[1];
+  R[ROW_PAST + DEM_PAST_DRAG + 2][i] = h.drag[2];
+  if (turns) {
+    R[ROW_ROLL][i]     = h.roll[0];
+    R[ROW_ROLL + 1][i] = h.roll[1];
+    R[ROW_ROLL + 2][i] = h.roll[2];
+    R[ROW_ROLL + 3][i] = h.twist;
+  }
+  const PetscReal qx = m.n[1] * f.force[2] - m.n[2] * f.force[1], qy = m.n[2] * f.force[0] - m.n[0] * f.force[2], qz = m.n[0] * f.force[1] - m.n[1] * f.force[0];
+
+  R[ROW_FRICTION][i] = f.friction;
+  R[ROW_DAMPING][i]  = f.damping;
+  R[ROW_DEPTH][i]    = m.overlap / m.radius;
+  R[ROW_F][i]      = f.force[0];
+  R[ROW_F + 1][i]  = f.force[1];
+  R[ROW_F + 2][i]  = f.force[2];
+  R[ROW_TA][i]     = f.couple[0] - aa * qx;
+  R[ROW_TA + 1][i] = f.couple[1] - aa * qy;
+  R[ROW_TA + 2][i] = f.couple[2] - aa * qz;
+  R[ROW_TB][i]     = -f.couple[0] - ab * qx;
+  R[ROW_TB + 1][i] = -f.couple[1] - ab * qy;
+  R[ROW_TB + 2][i] = -f.couple[2] - ab * qz;
 }
 
-static void LawsOne(const DemContacts *c, PetscInt hits, const int *hit, const PetscReal *at, PetscReal dt, Chunk *out, PetscReal sum[3])
+/* Over the chunk's first `hits` contacts. sum: friction, damping [J], deepest overlap / radius. */
+static void LawsOne(const DemContacts *c, PetscInt hits, PetscReal dt, Chunk *chunk)
 {
-  Laws(c, hits, hit, at, dt, 0, 0, 0, out, sum);
+  const DemContactPair pair = c->table[0];
+  const PetscReal      flat = c->flat;
+  PetscReal(*restrict R)[DEM_CONTACT_CHUNK] = chunk->row;
+
+#pragma omp simd
+  for (PetscInt i = 0; i < hits; i++) Law(&pair, flat, dt, 0, i, R);
 }
 
-static void LawsMany(const DemContacts *c, PetscInt hits, const int *hit, const PetscReal *at, PetscReal dt, Chunk *out, PetscReal sum[3])
+static void LawsOneTurns(const DemContacts *c, PetscInt hits, PetscReal dt, Chunk *chunk)
 {
-  if (c->image) Laws(c, hits, hit, at, dt, 0, 1, 1, out, sum);
-  else Laws(c, hits, hit, at, dt, 0, 1, 0, out, sum);
+  const DemContactPair pair = c->table[0];
+  const PetscReal      flat = c->flat;
+  PetscReal(*restrict R)[DEM_CONTACT_CHUNK] = chunk->row;
+
+#pragma omp simd
+  for (PetscInt i = 0; i < hits; i++) Law(&pair, flat, dt, 1, i, R);
 }
 
-static void LawsTurns(const DemContacts *c, PetscInt hits, const int *hit, const PetscReal *at, PetscReal dt, Chunk *out, PetscReal sum[3])
+static void LawsMany(const DemContacts *c, PetscInt hits, PetscReal dt, Chunk *chunk)
 {
-  if (c->image) Laws(c, hits, hit, at, dt, 1, 1, 1, out, sum);
-  else Laws(c, hits, hit, at, dt, 1, 1, 0, out, sum);
+  for (PetscInt i = 0; i < hits; i++) Law(&c->table[chunk->pair[i]], c->flat, dt, 1, i, chunk->row);
+}
+
+/* What the law needs of contact k into column i. */
+static inline void Gather(const DemContacts *c, PetscInt i, PetscInt k, const PetscReal *a, const PetscReal *b, Chunk *chunk)
+{
+  PetscReal(*restrict R)[DEM_CONTACT_CHUNK] = chunk->row;
+  const PetscReal *past = c->past + DEM_PAST * k;
+
+  for (int d = 0; d < 3; d++) {
+    R[ROW_X + d][i]  = a[AT_X + d] - b[AT_X + d];
+    R[ROW_V + d][i]  = a[AT_V + d] - b[AT_V + d];
+    R[ROW_WA + d][i] = a[AT_W + d];
+    R[ROW_WB + d][i] = b[AT_W + d];
+  }
+  if (c->image)
+    for (int d = 0; d < 3; d++) R[ROW_X + d][i] += c->image[3 * k + d];
+  R[ROW_RA][i] = a[AT_R];
+  R[ROW_RB][i] = b[AT_R];
+  R[ROW_MA][i] = a[AT_M];
+  R[ROW_MB][i] = b[AT_M];
+  for (int d = 0; d < DEM_PAST; d++) R[ROW_PAST + d][i] = past[d];
+  if (c->turns)
+    for (int d = 0; d < 4; d++) R[ROW_ROLL + d][i] = c->roll[4 * k + d];
+  if (c->n_kinds > 1) chunk->pair[i] = (int)a[AT_KIND] * (int)c->n_kinds + (int)b[AT_KIND];
+}
+
+/* And back: history to its place, forces to both particles. */
+static inline void Scatter(const DemContacts *c, PetscInt i, PetscInt k, const Chunk *chunk, PetscReal *restrict fp, PetscReal *restrict fq)
+{
+  const PetscReal(*R)[DEM_CONTACT_CHUNK] = chunk->row;
+  PetscReal *past = c->past + DEM_PAST * k;
+
+  for (int d = 0; d < DEM_PAST_OFFSET; d++) past[d] = R[ROW_PAST + d][i];
+  if (c->turns)
+    for (int d = 0; d < 4; d++) c->roll[4 * k + d] = R[ROW_ROLL + d][i];
+  for (int d = 0; d < 3; d++) {
+    fp[d] += R[ROW_F + d][i];
+    fq[d] -= R[ROW_F + d][i];
+    fp[3 + d] += R[ROW_TA + d][i];
+    fq[3 + d] += R[ROW_TB + d][i];
+  }
 }
 
 /* A pair that touched and does not any more. */
@@ -174,7 +201,7 @@ static void BlockForce(DemModel model, PetscInt block, PetscReal dt, PetscReal *
   const PetscInt  n = model->n, begin = block * DEM_CONTACT_BLOCK, own = PetscMin(n, begin + DEM_CONTACT_BLOCK) - begin;
   const PetscInt  halo = c->halo_start[block + 1] - c->halo_start[block], *ghost = c->halo + c->halo_start[block], all = own + halo;
   PetscReal      *at = scratch, *F = scratch + AT_ALL * c->widest, *sum = c->sum + 4 * block;
-  Chunk           out;
+  Chunk           chunk;
 
   sum[0] = sum[1] = sum[2] = sum[3] = 0;
   if (c->pair[block] == c->pair[block + 1]) return;
@@ -218,23 +245,15 @@ static void BlockForce(DemModel model, PetscInt block, PetscReal dt, PetscReal *
       if (!touch && c->met[first + k]) Part(c, first + k, at + AT_ALL * ip[k], at + AT_ALL * iq[k], dt, sum);
       c->met[first + k] = touch;
     }
-    if (c->turns) LawsTurns(c, hits, hit, at, dt, &out, sum);
-    else if (c->n_kinds > 1 || c->image) LawsMany(c, hits, hit, at, dt, &out, sum);
-    else LawsOne(c, hits, hit, at, dt, &out, sum);
+    for (PetscInt i = 0; i < hits; i++) Gather(c, i, hit[i], at + AT_ALL * c->ip[hit[i]], at + AT_ALL * c->iq[hit[i]], &chunk);
+    if (c->n_kinds > 1) LawsMany(c, hits, dt, &chunk);
+    else if (c->turns) LawsOneTurns(c, hits, dt, &chunk);
+    else LawsOne(c, hits, dt, &chunk);
+    for (PetscInt i = 0; i < hits; i++) Scatter(c, i, hit[i], &chunk, F + 8 * c->ip[hit[i]], F + 8 * c->iq[hit[i]]);
     for (PetscInt i = 0; i < hits; i++) {
-      PetscReal *fp = F + 8 * c->ip[hit[i]], *fq = F + 8 * c->iq[hit[i]];
-
-      for (PetscInt d = 0; d < 3; d++) {
-        fp[d] += out.f[d][i];
-        fq[d] -= out.f[d][i];
-        fp[3 + d] -= out.arm[0][i] * out.q[d][i];
-        fq[3 + d] -= out.arm[1][i] * out.q[d][i];
-      }
-      if (c->turns)
-        for (PetscInt d = 0; d < 3; d++) {
-          fp[3 + d] += out.couple[d][i];
-          fq[3 + d] -= out.couple[d][i];
-        }
+      sum[0] += chunk.row[ROW_FRICTION][i];
+      sum[1] += chunk.row[ROW_DAMPING][i];
+      sum[2] = PetscMax(sum[2], chunk.row[ROW_DEPTH][i]);
     }
     sum[3] += hits;
   }
