@@ -139,12 +139,12 @@ static PetscErrorCode CellsCreate(DemModel model, Cells *cells)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Particles whose centre is outside the box stop and take no part any more. Their kinetic energy goes with them, as the ledger had it
-   a step ago under what pulls on a free particle. */
+/* Particles whose centre is outside the box stop and take no part any more. With them goes what the ledger had of them a step ago, kinetic and
+   in contacts, and the work of their weight since. */
 static void Leave(DemModel model)
 {
   DemContacts   *c = &model->contacts;
-  const PetscInt n = model->n;
+  const PetscInt n = model->n, before = c->n_gone;
 
   for (PetscInt p = 0; p < n; p++) {
     PetscBool out = PETSC_FALSE;
@@ -157,7 +157,7 @@ static void Leave(DemModel model)
     for (PetscInt d = 0; d < model->dim; d++) {
       PetscReal *v = &model->v[d * n + p];
 
-      c->taken += 0.5 * model->mass[p] * *v * (*v + model->dt_last * model->gravity[d]);
+      c->taken += 0.5 * *v * (model->mass[p] * *v - model->dt_last * model->f[d * n + p]) + model->mass[p] * model->gravity[d] * *v * model->dt_last;
       *v = 0;
     }
     for (PetscInt d = 0; d < model->nrot; d++) {
@@ -167,6 +167,9 @@ static void Leave(DemModel model)
     c->gone[p] = 1;
     c->n_gone++;
   }
+  if (c->n_gone == before) return;
+  for (PetscInt k = 0; k < c->m; k++)
+    if (c->met[k] && (c->gone[c->p[k]] || c->gone[c->q[k]])) c->taken += DemContactEnergy_Internal(model, k, PetscAbsReal(c->past[DEM_PAST * k + DEM_PAST_OVERLAP]));
 }
 
 /* Facets still join them. Bonds are sorted by p, then q. */

@@ -124,7 +124,10 @@ static void LawsOneTurns(const DemContacts *c, PetscInt hits, PetscReal dt, Chun
 
 static void LawsMany(const DemContacts *c, PetscInt hits, PetscReal dt, Chunk *chunk)
 {
-  for (PetscInt i = 0; i < hits; i++) Law(&c->table[chunk->pair[i]], c->flat, dt, 1, i, chunk->row);
+  if (c->turns)
+    for (PetscInt i = 0; i < hits; i++) Law(&c->table[chunk->pair[i]], c->flat, dt, 1, i, chunk->row);
+  else
+    for (PetscInt i = 0; i < hits; i++) Law(&c->table[chunk->pair[i]], c->flat, dt, 0, i, chunk->row);
 }
 
 /* What the law needs of contact k into column i. */
@@ -375,6 +378,20 @@ void DemContactsThrough_Internal(DemModel model, PetscReal *sum, PetscInt *touch
   }
 }
 
+PetscReal DemContactEnergy_Internal(DemModel model, PetscInt k, PetscReal overlap)
+{
+  const DemContacts *c = &model->contacts;
+  const PetscInt     p = c->p[k], q = c->q[k];
+  const PetscReal   *past = c->past + DEM_PAST * k, radius = model->r[p] * model->r[q] / (model->r[p] + model->r[q]);
+  DemContactHistory  h = {{past[0], past[1], past[2]}};
+
+  if (c->turns) {
+    for (PetscInt d = 0; d < 3; d++) h.roll[d] = c->roll[4 * k + d];
+    h.twist = c->roll[4 * k + 3];
+  }
+  return DemContactEnergy(&c->table[(c->kind ? c->kind[p] : 0) * c->n_kinds + (c->kind ? c->kind[q] : 0)], radius, c->flat > 0 ? c->flat : radius, overlap, &h);
+}
+
 /* Energy stored in the contacts that touch [J] */
 PetscReal DemContactsEnergy_Internal(DemModel model)
 {
@@ -383,19 +400,13 @@ PetscReal DemContactsEnergy_Internal(DemModel model)
   PetscReal          sum = 0;
 
   for (PetscInt k = 0; k < c->m; k++) {
-    const PetscInt    p = c->p[k], q = c->q[k];
-    const PetscReal  *past = c->past + DEM_PAST * k, radius = model->r[p] * model->r[q] / (model->r[p] + model->r[q]);
-    DemContactHistory h = {{past[0], past[1], past[2]}};
-    PetscReal         d2 = 0, overlap;
+    const PetscInt p = c->p[k], q = c->q[k];
+    PetscReal      d2 = 0, overlap;
 
     if (!c->met[k]) continue;
     for (PetscInt d = 0; d < 3; d++) d2 += PetscSqr(model->x0[d * n + p] + model->u[d * n + p] - model->x0[d * n + q] - model->u[d * n + q] + (c->image ? c->image[3 * k + d] : 0));
-    if (c->turns) {
-      for (PetscInt d = 0; d < 3; d++) h.roll[d] = c->roll[4 * k + d];
-      h.twist = c->roll[4 * k + 3];
-    }
-    overlap = model->r[p] + model->r[q] - PetscSqrtReal(d2) - past[DEM_PAST_OFFSET];
-    if (overlap > 0) sum += DemContactEnergy(&c->table[(c->kind ? c->kind[p] : 0) * c->n_kinds + (c->kind ? c->kind[q] : 0)], radius, c->flat > 0 ? c->flat : radius, overlap, &h);
+    overlap = model->r[p] + model->r[q] - PetscSqrtReal(d2) - c->past[DEM_PAST * k + DEM_PAST_OFFSET];
+    if (overlap > 0) sum += DemContactEnergy_Internal(model, k, overlap);
   }
   return sum;
 }

@@ -285,6 +285,7 @@ PetscErrorCode DemContactsRoom_Internal(DemModel model, PetscInt room);
 PetscErrorCode DemContactsForce_Internal(DemModel model, PetscReal dt);
 void           DemContactsStill_Internal(DemModel model);  /* no force on particles that have left */
 void           DemContactsThrough_Internal(DemModel model, PetscReal *sum, PetscInt *n); /* of normal forces, for the out-of-balance ratio */
+PetscReal      DemContactEnergy_Internal(DemModel model, PetscInt k, PetscReal overlap); /* of pair k [J] */
 PetscReal      DemContactsEnergy_Internal(DemModel model);
 PetscReal      DemContactsRate_Internal(DemModel model, PetscReal *drag); /* bounds of K/m [1/s2] and C/m [1/s].  Eq. (5.36) */
 PetscReal      DemDampedStep_Internal(PetscReal rate, PetscReal drag);

@@ -229,6 +229,226 @@ static PetscErrorCode TestRestitution(void)
 }
 CHECK_TEST(TestRestitution)
 
+/* A sphere thrown at a rigid plane: v_n, v_t before; what comes after. */
+static PetscErrorCode Throw(const DemContactPair *pair, PetscReal r, PetscReal density, PetscReal vn, PetscReal vt, Ball *a, PetscReal *ledger)
+{
+  static Story s;
+  Ball         wall = {{0}};
+  PetscReal    overlap, force, duration;
+
+  PetscFunctionBeginUser;
+  *a      = Sphere(r, density);
+  a->v[0] = vt;
+  a->v[2] = -vn;
+  a->x[2] = r;
+  if (pair->hertz > 0) Hertz(pair->modulus / 2, r, a->m, vn, &overlap, &force, &duration);
+  else duration = PETSC_PI * PetscSqrtReal(a->m / (pair->modulus * r));
+  Meet(pair, a, &wall, duration / 3000, &s);
+  *ledger = s.ledger;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+  Chung and Ooi 4: aluminium oxide on a rigid plane, 3.9 m/s, 5 to 85 degrees. Where the contact slides to the end (from 30
+  degrees on) the curves agree to what was read off the page. At steeper impacts it sticks for a while, and what comes back depends
+  on how the tangential spring is made: theirs and ours differ by up to 0.1 in e_t at 5 degrees, 1.6 degrees in the rebound angle.
+*/
+static PetscErrorCode TestOblique4(void)
+{
+  PetscReal      x[64], y[64], ledger;
+  PetscInt       n;
+  Ball           a;
+  DemContactPair pair;
+
+  PetscFunctionBeginUser;
+  PetscCall(Pair(DEM_CONTACT_HERTZ, 380e9, 0.23, 0.98, 0.092, PETSC_TRUE, &pair));
+  n = Reference("chung_ooi_test4_tangential_restitution.csv", "al_oxide", x, y);
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscReal t = x[k] * PETSC_PI / 180;
+
+    PetscCall(Throw(&pair, 2.5e-3, 4000, 3.9 * cos(t), 3.9 * sin(t), &a, &ledger));
+    CheckNear(a.v[0] / (3.9 * sin(t)), y[k], x[k] > 28 ? 0.004 : x[k] > 12 ? 0.012 : x[k] > 8 ? 0.025 : 0.1);
+    if (x[k] > 35) CheckNear(a.v[0] / (3.9 * sin(t)), 1 - 0.092 * 1.98 / tan(t), 3e-4); /* slides throughout: closed form */
+    CheckBelow(ledger, 1e-3);
+  }
+  n = Reference("chung_ooi_test4_final_angular_velocity.csv", "al_oxide", x, y);
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscReal t = x[k] * PETSC_PI / 180;
+
+    PetscCall(Throw(&pair, 2.5e-3, 4000, 3.9 * cos(t), 3.9 * sin(t), &a, &ledger));
+    CheckNear(-a.w[1], y[k], x[k] > 28 ? 4 : x[k] > 8 ? 17 : 30); /* of 617 rad/s */
+  }
+  n = Reference("chung_ooi_test4_rebound_angle.csv", "al_oxide", x, y);
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscReal t = x[k] * PETSC_PI / 180;
+
+    PetscCall(Throw(&pair, 2.5e-3, 4000, 3.9 * cos(t), 3.9 * sin(t), &a, &ledger));
+    CheckNear(180 / PETSC_PI * atan2(a.v[0] - a.r * a.w[1], a.v[2]), y[k], x[k] > 28 ? 0.4 : 1.6);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestOblique4)
+
+/*
+  Chung and Ooi 5: a small elastic sphere at 5 m/s. From x = v_t/(mu v_n) = 7 on it slides throughout, and R w/(mu v_n) = -5 in
+  closed form. Their curves before that are those of a tangential spring of 2/7 of the normal one, not of Mindlin's 0.82: with
+  2/7 given, ours lie on theirs within 5 % of the range.
+*/
+static PetscErrorCode TestOblique5(void)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt plastic = 0; plastic < 2; plastic++) {
+    const char    *series = plastic ? "polyethylene" : "steel";
+    PetscReal      x[64], y[64], ledger;
+    PetscInt       n;
+    Ball           a;
+    DemContactPair pair;
+
+    PetscCall(Pair(DEM_CONTACT_HERTZ, plastic ? 1e9 : 208e9, plastic ? 0.38 : 0.3, 1, 0.3, PETSC_TRUE, &pair));
+    pair.ratio = 2.0 / 7;
+    n          = Reference("chung_ooi_test5_spin.csv", series, x, y);
+    for (PetscInt k = 0; k < n; k++) {
+      PetscCall(Throw(&pair, 1e-5, plastic ? 1000 : 7850, 5, 1.5 * x[k], &a, &ledger));
+      CheckNear(-a.w[1] * a.r / 1.5, y[k], 0.05 * 5);
+      if (x[k] >= 7) CheckClose(a.w[1] * a.r / 1.5, 5, 0.012); /* polyethylene: overlaps of some per cent of r shorten the arm */
+      CheckBelow(ledger, 1e-3);
+    }
+    n = Reference("chung_ooi_test5_tangent_rebound.csv", series, x, y);
+    for (PetscInt k = 0; k < n; k++) {
+      PetscCall(Throw(&pair, 1e-5, plastic ? 1000 : 7850, 5, 1.5 * x[k], &a, &ledger));
+      CheckNear((a.v[0] - a.r * a.w[1]) / 1.5, y[k], 0.05 * 6);
+      if (x[k] >= 7) CheckNear((a.v[0] - a.r * a.w[1]) / 1.5, x[k] - 7, 0.08);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestOblique5)
+
+/* Thornton et al., e = 0.5, linear and Hertzian springs: whole curves within 6 %, 0.5 % where the contact slides throughout. */
+static PetscErrorCode TestThornton(void)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt law = DEM_CONTACT_LINEAR; law <= DEM_CONTACT_HERTZ; law++) {
+    PetscReal      x[64], y[64], ledger;
+    PetscInt       n;
+    Ball           a;
+    DemContactPair pair;
+
+    PetscCall(Pair((DemContactLaw)law, 70e9, 0.3, 0.5, 0.1, PETSC_FALSE, &pair));
+    n = Reference("thornton_oblique_tangential_restitution_e050.csv", law == DEM_CONTACT_HERTZ ? "hertzian" : "linear", x, y);
+    for (PetscInt k = 0; k < n; k++) {
+      const PetscReal vt = 5 * 0.5 * 1.5 * 0.1 * x[k];
+
+      PetscCall(Throw(&pair, 0.025, 2650, 5, vt, &a, &ledger));
+      CheckClose(a.v[0] / vt, y[k], x[k] > 6.3 ? 0.005 : 0.06);
+      CheckBelow(ledger, 1e-3);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestThornton)
+
+/* Both laws, with every spring loaded: forces and couples are minus the gradient of the stored energy. */
+static PetscErrorCode TestGradient(void)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt law = DEM_CONTACT_LINEAR; law <= DEM_CONTACT_HERTZ; law++) {
+    const DemContactChoice  c = {.law = (DemContactLaw)law, .restitution = 1, .friction = 100, .rolling = 0.3, .twisting = 0.2};
+    const DemContactElastic glass = {1e7, 0.25};
+    const DemContactHistory past = {.slip = {1e-6, 2e-6, 0}, .overlap = 2e-5, .roll = {1e-4, -2e-4, 0}, .twist = 3e-4};
+    DemContactPair          pair;
+    DemContactMotion        m = {.n = {0, 0, 1}, .overlap = 2e-5, .radius = 1e-3, .size = 1e-3, .mass = 1e-6};
+    DemContactHistory       h = past;
+    DemContactForce         f;
+
+    PetscCall(DemContactPairSet(&pair, &c, glass, glass));
+    DemContactStep(&pair, &m, 0, 1, &h, &f);
+    for (PetscInt way = 0; way < 6; way++) {
+      const PetscReal step = way < 3 ? 1e-10 : 1e-8;
+      PetscReal       E[2];
+
+      for (PetscInt side = 0; side < 2; side++) {
+        const PetscReal   move = side ? step : -step;
+        DemContactHistory q = past;
+
+        if (way == 2) q = (DemContactHistory){{0}}; /* at constant tangential force the tangential spring does not push apart */
+        else if (way < 2) q.slip[way] += move;
+        else if (way < 5) q.roll[way - 3] += move;
+        else q.twist += move;
+        E[side] = DemContactEnergy(&pair, m.radius, m.size, m.overlap - (way == 2 ? move : 0), &q);
+      }
+      CheckClose(way < 3 ? f.force[way] : f.couple[way == 5 ? 2 : way - 3], -(E[1] - E[0]) / (2 * step), 1e-5);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestGradient)
+
+typedef struct {
+  PetscReal v, w, x, friction;
+} Slide;
+
+/* A ball, or a block that cannot turn, on a plane tilted by `slope`, at rest along the normal. */
+static void Roll(const DemContactPair *pair, PetscBool block, PetscReal slope, PetscReal v0, PetscReal dt, PetscInt steps, Slide *s)
+{
+  const PetscReal   g = 9.81, r = 0.01, mass = 0.01, inertia = 0.4 * mass * r * r, overlap = mass * g * cos(slope) / DemContactStiffness(pair, r, 0);
+  DemContactHistory h = {{0}};
+
+  *s = (Slide){.v = v0};
+  for (PetscInt k = 0; k < steps; k++) {
+    DemContactMotion m = {.n = {0, 0, 1}, .overlap = overlap, .v = {s->v - (block ? 0 : r * s->w), 0, 0}, .spin = {0, block ? 0 : s->w, 0}, .radius = r, .size = r, .mass = mass};
+    DemContactForce  f;
+
+    DemContactStep(pair, &m, dt, 1, &h, &f);
+    s->friction += f.friction;
+    s->v += dt * (f.force[0] / mass + g * sin(slope));
+    if (!block) s->w += dt * (f.couple[1] - r * f.force[0]) / inertia; /* contact point at -r n */
+    s->x += dt * s->v;
+  }
+}
+
+/* Sliding ball: 5/7 of its speed is left after 2 v0/(7 mu g). Rolling one: slows by 5/7 mu_r g, and rests. Blocks on a slope. */
+static PetscErrorCode TestSlideAndRoll(void)
+{
+  const DemContactElastic glass = {1e6, 0.25}, rigid = {0, 0};
+  DemContactChoice        c = {.law = DEM_CONTACT_LINEAR, .restitution = 0.5, .friction = 0.3};
+  DemContactPair          pair;
+  Slide                   s;
+  const PetscReal         g = 9.81, dt = 1e-5, meet = 1 / (9.81 * (0.3 + 2.5 * 0.25)), steep = atan(0.5);
+
+  PetscFunctionBeginUser;
+  PetscCall(DemContactPairSet(&pair, &c, glass, rigid));
+  Roll(&pair, PETSC_FALSE, 0, 1, dt, 4000, &s); /* 40 ms; it slides to 97 ms */
+  CheckClose(s.v, 1 - 0.3 * g * 0.04, 1e-3);
+  CheckClose(s.w * 0.01, 2.5 * 0.3 * g * 0.04, 5e-3);
+  Roll(&pair, PETSC_FALSE, 0, 1, dt, 30000, &s);
+  CheckClose(s.v, 5.0 / 7, 1e-3);
+  CheckClose(s.friction, 0.5 * 0.01 * 2 / 7, 5e-3);
+  c.rolling         = 0.05;
+  c.rolling_damping = 0.3;
+  PetscCall(DemContactPairSet(&pair, &c, glass, rigid));
+  Roll(&pair, PETSC_FALSE, 0, 1, dt, 30000, &s); /* slides and is spun up by (mu - mu_r) until it rolls, at `meet` */
+  CheckClose(s.v, 1 - 0.3 * g * meet - 5.0 / 7 * 0.05 * g * (0.3 - meet), 6e-3); /* the tangential spring lets go of its force over 1 ms */
+  Roll(&pair, PETSC_FALSE, 0, 1, dt, 600000, &s);
+  CheckNear(s.v, 0, 1e-4);
+  /* a block stays below the angle of friction; above it a = g (sin - mu cos) */
+  c = (DemContactChoice){.law = DEM_CONTACT_LINEAR, .restitution = 0.3, .friction = 0.3};
+  PetscCall(DemContactPairSet(&pair, &c, glass, rigid));
+  Roll(&pair, PETSC_TRUE, atan(0.29), 0, dt, 100000, &s);
+  CheckNear(s.v, 0, 1e-6);
+  CheckBelow(s.x, 1e-4);
+  Roll(&pair, PETSC_TRUE, steep, 0, dt, 100000, &s);
+  CheckClose(s.v, g * (sin(steep) - 0.3 * cos(steep)), 2e-3);
+  c.friction_static = 1; /* its sudden weight swings past 0.5 */
+  PetscCall(DemContactPairSet(&pair, &c, glass, rigid));
+  Roll(&pair, PETSC_TRUE, steep, 0, dt, 100000, &s);
+  CheckBelow(s.x, 1e-4); /* held by the static coefficient */
+  Roll(&pair, PETSC_TRUE, steep, 0.5, dt, 100000, &s);
+  CheckClose(s.v, 0.5 + g * (sin(steep) - 0.3 * cos(steep)), 2e-3); /* once it moves, the dynamic one */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestSlideAndRoll)
+
 /* Chung and Ooi 7: opposite spins leave no slip at the patch, so nothing of it changes. */
 static PetscErrorCode TestOppositeSpins(void)
 {
@@ -258,6 +478,6 @@ static PetscErrorCode TestOppositeSpins(void)
 }
 CHECK_TEST(TestOppositeSpins)
 
-static const struct CMUnitTest tests[] = {TEST(TestHertz), TEST(TestRestitution), TEST(TestOppositeSpins)};
+static const struct CMUnitTest tests[] = {TEST(TestHertz), TEST(TestRestitution), TEST(TestOblique4), TEST(TestOblique5), TEST(TestThornton), TEST(TestGradient), TEST(TestSlideAndRoll), TEST(TestOppositeSpins)};
 
 CHECK_MAIN(tests)
