@@ -95,6 +95,17 @@ PetscErrorCode FemModelGetPoints(FemModel model, PetscInt *n, const PetscInt **n
 PetscErrorCode FemModelRecover(FemModel model, PetscReal *stress, PetscReal *strain);
 /* Estimate of the present error: norm [sqrt(J)] in energy, and its share of the whole energy norm [-]. Eqs (2.97), (2.98). Collective. */
 PetscErrorCode FemModelComputeError(FemModel model, PetscReal *share, PetscReal *norm);
+/* A straight crack and the ring around its front over which J is taken. */
+typedef struct {
+  PetscReal tip[3];       /* of the crack, or a point of its front [m] */
+  PetscReal direction[3]; /* in which it would go, any length */
+  PetscReal front[3];     /* along the front, square to direction, and [m] how long; solids only */
+  PetscReal length;
+  PetscReal inner, outer; /* radii of the ring [m]; inner may be 0 */
+  PetscBool half;         /* the body is one side of the crack's plane, which is a plane of symmetry */
+} FemCrack;
+/* Energy release rate [J/m2], the mean over the front. Lips bear no load, and no weight or inertia matters inside the ring. Eq. (2.95). Collective. */
+PetscErrorCode FemModelGetJ(FemModel model, const FemCrack *crack, PetscReal *J);
 typedef struct {
   PetscInt  recoveries, patches; /* of the whole body, done so far; patches fitted, those for probes too */
   PetscBool error_known;
