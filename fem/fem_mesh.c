@@ -103,6 +103,7 @@ static PetscErrorCode Partition(FemModel model, const Mesh *mesh, const FemBody 
   else PetscCall(PetscCalloc1(1, &start));
   PetscCall(PetscSectionCreate(model->comm, &sections));
   PetscCall(PetscPartitionerCreate(model->comm, &partitioner));
+  PetscCall(PetscPartitionerSetType(partitioner, PETSCPARTITIONERPTSCOTCH));
   PetscCall(PetscPartitionerSetFromOptions(partitioner));
   PetscCall(PetscPartitionerPartition(partitioner, model->size, model->rank == 0 ? body->n_cells : 0, start, neighbour, NULL, NULL, sections, &order));
   if (model->rank == 0) {

@@ -4,54 +4,10 @@
   Displacements are often given at the nodes directly, so that the recovery is looked at alone. The smooth case of the orders
   is that of test_fem_order: u = grad phi, phi harmonic.
 */
-#include "fem_case.h"
+#include "recover_case.h"
 #include "fem_recover.h"
 #include "fem_point.h"
 #include "fem_stress.h"
-
-static const FemMaterial steel = {7850, 2.1e11, 0.3};
-
-typedef void (*StressField)(const PetscReal x[3], PetscReal s[6]);
-
-/* The nodes of the model follow a field. */
-static PetscErrorCode Impose(FemModel model, CaseField field)
-{
-  PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < model->n_own; i++) {
-    PetscReal x[3] = {0, 0, 0}, u[3];
-
-    for (PetscInt d = 0; d < model->dim; d++) x[d] = model->x[i * model->dim + d];
-    field(x, u);
-    for (PetscInt d = 0; d < model->dim; d++) model->u[i * model->dim + d] = u[d];
-  }
-  PetscCall(FemGhosts(model, model->u));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A model ready to be imposed upon; one corner held so that set-up accepts it. */
-static PetscErrorCode Free(MeshCellType type, const PetscReal length[3], const PetscInt n[3], PetscReal distort, FemKind kind, const FemMaterial *material, Mesh *mesh, FemModel *model)
-{
-  PetscFunctionBeginUser;
-  PetscCall(CaseBox(PETSC_COMM_SELF, type, length, n, distort, mesh));
-  PetscCall(CaseModel(PETSC_COMM_SELF, mesh, kind, FEM_EXPLICIT, 1, material, model));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static FemKind KindOf(MeshCellType type)
-{
-  return MeshCellDim(type) == 2 ? FEM_PLANE_STRAIN : FEM_SOLID;
-}
-
-/* Hooke's law by hand: stress of a gradient, solid or plane strain. */
-static void Hooke(const FemMaterial *m, PetscReal h[3][3], PetscReal s[6])
-{
-  const PetscReal mu = m->young / (2 * (1 + m->poisson)), lambda = m->young * m->poisson / ((1 + m->poisson) * (1 - 2 * m->poisson)), trace = h[0][0] + h[1][1] + h[2][2];
-
-  for (PetscInt i = 0; i < 3; i++) {
-    s[i]     = 2 * mu * h[i][i] + lambda * trace;
-    s[3 + i] = mu * (h[i][(i + 1) % 3] + h[(i + 1) % 3][i]);
-  }
-}
 
 /* ---- exactness ---- */
 
@@ -75,45 +31,14 @@ static void LinearStress(const PetscReal x[3], PetscReal s[6])
   PetscReal h[3][3] = {{2e-3, -1e-3, 0.5e-3}, {1e-3, 3e-3, -1e-3}, {-1e-3, 1e-3, -2e-3}};
 
   (void)x;
-  Hooke(&steel, h, s);
+  RecoverHooke(&recover_steel, h, s);
 }
 
 static void QuadraticStress(const PetscReal x[3], PetscReal s[6])
 {
   PetscReal h[3][3] = {{1e-3 * (2 * x[0] + x[1]), 1e-3 * x[0], 0}, {1e-3 * (x[2] - 2 * x[1]), 1e-3 * (2 * x[1] - 2 * x[0]), 1e-3 * x[0]}, {0, -2e-3 * x[2], 1e-3 * (2 * x[2] - 2 * x[1])}};
 
-  Hooke(&steel, h, s);
-}
-
-/* Worst difference of recovered and exact stress over the points, in parts of the largest stress; inner points only when asked. */
-static PetscErrorCode Worst(FemModel model, const Mesh *mesh, StressField exact, PetscBool inner, PetscReal *worst)
-{
-  PetscInt        n;
-  const PetscInt *node;
-  PetscReal      *stress, big = 0, off = 0;
-
-  PetscFunctionBeginUser;
-  PetscCall(FemModelGetPoints(model, &n, &node));
-  PetscCall(PetscMalloc1(6 * n, &stress));
-  PetscCall(FemModelRecover(model, stress, NULL));
-  for (PetscInt p = 0; p < n; p++) {
-    PetscReal want[6], at[3] = {0, 0, 0};
-    PetscBool edge = PETSC_FALSE;
-
-    for (PetscInt d = 0; d < mesh->dim; d++) {
-      at[d] = mesh->x[3 * node[p] + d];
-      edge  = (PetscBool)(edge || at[d] < 1e-9 || at[d] > 1 - 1e-9);
-    }
-    exact(at, want);
-    for (PetscInt i = 0; i < 6; i++) {
-      if (mesh->dim == 2 && i > 3) continue;
-      big = PetscMax(big, PetscAbsReal(want[i]));
-      if (!inner || !edge) off = PetscMax(off, PetscAbsReal(stress[6 * p + i] - want[i]));
-    }
-  }
-  *worst = off / big;
-  PetscCall(PetscFree(stress));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  RecoverHooke(&recover_steel, h, s);
 }
 
 static void PlaneLinear(const PetscReal x[3], PetscReal u[3])
@@ -128,14 +53,14 @@ static void PlaneLinearStress(const PetscReal x[3], PetscReal s[6])
   PetscReal h[3][3] = {{2e-3, -1e-3, 0}, {1e-3, 3e-3, 0}, {0, 0, 0}};
 
   (void)x;
-  Hooke(&steel, h, s);
+  RecoverHooke(&recover_steel, h, s);
 }
 
 static void PlaneQuadraticStress(const PetscReal x[3], PetscReal s[6])
 {
   PetscReal h[3][3] = {{1e-3 * (2 * x[0] + x[1]), 1e-3 * x[0], 0}, {-2e-3 * x[1], 1e-3 * (2 * x[1] - 2 * x[0]), 0}, {0, 0, 0}};
 
-  Hooke(&steel, h, s);
+  RecoverHooke(&recover_steel, h, s);
 }
 
 /* Uniform stress on distorted meshes, on fine and on hardly any elements. */
@@ -152,10 +77,10 @@ static PetscErrorCode TestUniform(void)
       FemModel       model;
       PetscReal      worst = 0;
 
-      PetscCall(Free(types[t], length, n, 0.2, KindOf(types[t]), &steel, &mesh, &model));
+      PetscCall(RecoverFree(types[t], length, n, 0.2, RecoverKind(types[t]), &recover_steel, &mesh, &model));
       PetscCall(FemModelSetUp(model));
-      PetscCall(Impose(model, flat ? PlaneLinear : Linear));
-      PetscCall(Worst(model, &mesh, flat ? PlaneLinearStress : LinearStress, PETSC_FALSE, &worst));
+      PetscCall(RecoverImpose(model, flat ? PlaneLinear : Linear));
+      PetscCall(RecoverWorst(model, &mesh, flat ? PlaneLinearStress : LinearStress, PETSC_FALSE, &worst));
       CheckBelow(worst, 1e-12);
       PetscCall(FemModelDestroy(&model));
       PetscCall(MeshDestroy(&mesh));
@@ -178,10 +103,10 @@ static PetscErrorCode TestLinearStress(void)
     FemModel       model;
     PetscReal      worst = 0;
 
-    PetscCall(Free(types[t], length, cells, 0, KindOf(types[t]), &steel, &mesh, &model));
+    PetscCall(RecoverFree(types[t], length, cells, 0, RecoverKind(types[t]), &recover_steel, &mesh, &model));
     PetscCall(FemModelSetUp(model));
-    PetscCall(Impose(model, Quadratic));
-    PetscCall(Worst(model, &mesh, flat ? PlaneQuadraticStress : QuadraticStress, types[t] == MESH_TRI3 ? PETSC_TRUE : PETSC_FALSE, &worst));
+    PetscCall(RecoverImpose(model, Quadratic));
+    PetscCall(RecoverWorst(model, &mesh, flat ? PlaneQuadraticStress : QuadraticStress, types[t] == MESH_TRI3 ? PETSC_TRUE : PETSC_FALSE, &worst));
     CheckBelow(worst, 1e-12);
     PetscCall(FemModelDestroy(&model));
     PetscCall(MeshDestroy(&mesh));
@@ -208,9 +133,9 @@ static PetscErrorCode TestOneLayer(void)
   FemModel          model;
 
   PetscFunctionBeginUser;
-  PetscCall(Free(MESH_HEX8, length, cells, 0, FEM_SOLID, &m, &mesh, &model));
+  PetscCall(RecoverFree(MESH_HEX8, length, cells, 0, FEM_SOLID, &m, &mesh, &model));
   PetscCall(FemModelSetUp(model));
-  PetscCall(Impose(model, Bending));
+  PetscCall(RecoverImpose(model, Bending));
   PetscCall(FemModelGetPoints(model, &n_points, NULL));
   PetscCall(PetscMalloc1(6 * n_points, &stress));
   PetscCall(FemModelRecover(model, stress, NULL));
@@ -223,164 +148,24 @@ static PetscErrorCode TestOneLayer(void)
 
 /* ---- orders ---- */
 
-static void Plane(const PetscReal x[3], PetscReal u[3])
-{
-  u[0] = 1e-3 * exp(x[0]) * cos(x[1]);
-  u[1] = -1e-3 * exp(x[0]) * sin(x[1]);
-  u[2] = 0;
-}
-
-static void Solid(const PetscReal x[3], PetscReal u[3])
-{
-  const PetscReal r = sqrt(2.0), e = 1e-3 * exp(r * x[0]);
-
-  u[0] = r * e * cos(x[1]) * cos(x[2]);
-  u[1] = -e * sin(x[1]) * cos(x[2]);
-  u[2] = -e * cos(x[1]) * sin(x[2]);
-}
-
-static void PlaneStress(const PetscReal x[3], PetscReal s[6])
-{
-  const PetscReal e = 1e-3 * exp(x[0]);
-  PetscReal       h[3][3] = {{e * cos(x[1]), -e * sin(x[1]), 0}, {-e * sin(x[1]), -e * cos(x[1]), 0}, {0, 0, 0}};
-
-  Hooke(&steel, h, s);
-}
-
-static void SolidStress(const PetscReal x[3], PetscReal s[6])
-{
-  const PetscReal r = sqrt(2.0), e = 1e-3 * exp(r * x[0]), cy = cos(x[1]), sy = sin(x[1]), cz = cos(x[2]), sz = sin(x[2]);
-  PetscReal       h[3][3] = {{2 * e * cy * cz, -r * e * sy * cz, -r * e * cy * sz}, {-r * e * sy * cz, -e * cy * cz, e * sy * sz}, {-r * e * cy * sz, e * sy * sz, -e * cy * cz}};
-
-  Hooke(&steel, h, s);
-}
-
-/* Nodes moved by up to 0.05, zero on the boundary: neighbours move nearly alike. */
-static void Bend(Mesh *mesh)
-{
-  for (PetscInt i = 0; i < mesh->n_nodes; i++) {
-    PetscReal *x = &mesh->x[3 * i], move = 0.05;
-
-    for (PetscInt d = 0; d < mesh->dim; d++) move *= sin(PETSC_PI * x[d]);
-    for (PetscInt d = 0; d < mesh->dim; d++) x[d] += move * (d == 1 ? -1 : 1);
-  }
-}
-
-/* Energy norms of the errors of raw and recovered stress, and the estimate. distort 0: a smoothly bent mesh. */
-static PetscErrorCode Errors(MeshCellType type, PetscInt cells, PetscReal distort, PetscReal *raw, PetscReal *recovered, PetscReal *estimate)
-{
-  const PetscInt    dim = MeshCellDim(type), n[3] = {cells, cells, cells};
-  const CaseField   field = dim == 2 ? Plane : Solid;
-  const StressField exact = dim == 2 ? PlaneStress : SolidStress;
-  const PetscReal   length[3] = {1, 1, 1};
-  const FemShape   *shape = FemShapeGet(type);
-  PetscInt         *surface, n_surface, n_points;
-  PetscReal        *stress, *u;
-  Mesh              mesh;
-  FemModel          model;
-  PetscInt          cell = 0;
-
-  PetscFunctionBeginUser;
-  PetscCall(CaseBox(PETSC_COMM_SELF, type, length, n, distort, &mesh));
-  if (distort == 0) Bend(&mesh);
-  PetscCall(PetscMalloc1(mesh.n_nodes, &surface));
-  n_surface = CaseSurface(&mesh, length, -1, surface);
-  PetscCall(CaseAddNodeGroups(&mesh, n_surface, surface));
-  PetscCall(CaseModel(PETSC_COMM_SELF, &mesh, KindOf(type), FEM_STATIC, 1, &steel, &model));
-  PetscCall(CaseFixNodes(model, dim, n_surface, surface, mesh.x, field));
-  PetscCall(CaseSolve(model));
-  PetscCall(FemModelGetPoints(model, &n_points, NULL));
-  CheckInt(n_points, mesh.n_nodes);
-  PetscCall(PetscMalloc2(6 * n_points, &stress, 3 * n_points, &u));
-  PetscCall(FemModelRecover(model, stress, NULL));
-  PetscCall(FemModelGetField(model, "displacement", u));
-  PetscCall(FemModelComputeError(model, NULL, estimate));
-  *raw = *recovered = 0;
-  for (PetscInt c = 0; c < mesh.n_cells; c++) {
-    const PetscInt *node = &mesh.node[mesh.start[c]];
-    PetscReal       x[FEM_MAX_DOFS], xi[FEM_RULE_MAX][3], w[FEM_RULE_MAX];
-    PetscInt        points;
-    FemReading      reading;
-
-    if (mesh.type[c] != type) continue;
-    for (PetscInt a = 0; a < shape->nodes; a++)
-      for (PetscInt d = 0; d < dim; d++) x[a * dim + d] = mesh.x[3 * node[a] + d];
-    points = FemPointRule(type, 4, xi, w);
-    FemReadCell(model, cell++, PETSC_TRUE, &reading);
-    for (PetscInt q = 0; q < points; q++) {
-      PetscReal       N[FEM_MAX_NODES], dN[FEM_MAX_DOFS], at[3] = {0, 0, 0}, h[3][3] = {{0}}, mine[6], want[6], e[6], f[6];
-      const PetscReal dV = w[q] * FemPointAt(shape, x, xi[q], N, dN, at);
-
-      for (PetscInt a = 0; a < shape->nodes; a++)
-        for (PetscInt i = 0; i < dim; i++)
-          for (PetscInt j = 0; j < dim; j++) h[i][j] += u[3 * node[a] + i] * dN[a * dim + j];
-      for (PetscInt i = 0; i < 3; i++) {
-        e[i]     = h[i][i];
-        e[3 + i] = h[i][(i + 1) % 3] + h[(i + 1) % 3][i];
-      }
-      if (reading.own) FemModesAdd(shape, &reading.modes, reading.amount, xi[q], dV / w[q], e);
-      FemStress(&model->law[0], dim, e, mine);
-      exact(at, want);
-      for (PetscInt i = 0; i < FEM_PARTS(dim); i++) {
-        const PetscInt v = dim == 2 && i == 2 ? 3 : i;
-
-        e[i] = mine[v] - want[v];
-        f[i] = -want[v];
-        for (PetscInt a = 0; a < shape->nodes; a++) f[i] += N[a] * stress[6 * node[a] + v];
-      }
-      *raw += dV * FemStressNorm(dim, &model->law[0], e);
-      *recovered += dV * FemStressNorm(dim, &model->law[0], f);
-    }
-  }
-  *raw       = sqrt(*raw);
-  *recovered = sqrt(*recovered);
-  PetscCall(PetscFree2(stress, u));
-  PetscCall(PetscFree(surface));
-  PetscCall(FemModelDestroy(&model));
-  PetscCall(MeshDestroy(&mesh));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* On smoothly bent meshes the recovered stress is an order better; where neighbours are distorted each in its own way it is better by less, and the
-   estimate is as good. */
-static PetscErrorCode CheckOrders(MeshCellType type, PetscInt coarse)
-{
-  PetscFunctionBeginUser;
-  for (PetscInt smooth = 1; smooth >= 0; smooth--) {
-    PetscReal raw[2], recovered[2], estimate[2], order;
-
-    for (PetscInt k = 0; k < 2; k++) PetscCall(Errors(type, coarse << k, smooth ? 0 : 0.15, &raw[k], &recovered[k], &estimate[k]));
-    order = log2(recovered[0] / recovered[1]);
-    printf("  gmsh type %d, %s, %d and %d cells a side: raw order %.2f, recovered order %.2f, estimate / error %.3f and %.3f\n", (int)type, smooth ? "smooth" : "distorted", (int)coarse, (int)coarse * 2,
-           log2(raw[0] / raw[1]), (double)order, (double)(estimate[0] / raw[0]), (double)(estimate[1] / raw[1]));
-    CheckNear(log2(raw[0] / raw[1]), 1, 0.1);
-    if (smooth) CheckAbove(order, 1.85);
-    else CheckAbove(order, 1.3);
-    CheckBelow(recovered[1], 0.3 * raw[1]);
-    for (PetscInt k = 0; k < 2; k++) CheckNear(estimate[k] / raw[k], 1, 0.2);
-    if (smooth) CheckBelow(fabs(estimate[1] / raw[1] - 1), 0.6 * fabs(estimate[0] / raw[0] - 1)); /* tends to 1 */
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode TestOrderTri3(void)
 {
-  return CheckOrders(MESH_TRI3, 16);
+  return RecoverCheckOrders(MESH_TRI3, 16, 1.85, 1.3);
 }
 
 static PetscErrorCode TestOrderQuad4(void)
 {
-  return CheckOrders(MESH_QUAD4, 16);
+  return RecoverCheckOrders(MESH_QUAD4, 16, 1.85, 1.3);
 }
 
 static PetscErrorCode TestOrderTet4(void)
 {
-  return CheckOrders(MESH_TET4, 8);
+  return RecoverCheckOrders(MESH_TET4, 8, 1.85, 1.3);
 }
 
 static PetscErrorCode TestOrderHex8(void)
 {
-  return CheckOrders(MESH_HEX8, 8);
+  return RecoverCheckOrders(MESH_HEX8, 8, 1.85, 1.3);
 }
 
 /* ---- invariants ---- */
@@ -442,7 +227,7 @@ static PetscErrorCode TestInvariants(void)
 static PetscErrorCode TestLaws(void)
 {
   static const FemKind kinds[] = {FEM_SOLID, FEM_PLANE_STRAIN, FEM_PLANE_STRESS};
-  const PetscReal      E = steel.young, nu = steel.poisson, length[3] = {1, 1, 1};
+  const PetscReal      E = recover_steel.young, nu = recover_steel.poisson, length[3] = {1, 1, 1};
   const PetscInt       n[3] = {1, 1, 1};
 
   PetscFunctionBeginUser;
@@ -452,7 +237,7 @@ static PetscErrorCode TestLaws(void)
     Mesh           mesh;
     FemModel       model;
 
-    PetscCall(Free(k ? MESH_QUAD4 : MESH_HEX8, length, n, 0, kinds[k], &steel, &mesh, &model));
+    PetscCall(RecoverFree(k ? MESH_QUAD4 : MESH_HEX8, length, n, 0, kinds[k], &recover_steel, &mesh, &model));
     PetscCall(FemModelSetUp(model));
     for (PetscInt i = 0; i < 3; i++) {
       e[i]     = h[i][i];
@@ -513,7 +298,7 @@ static PetscErrorCode TestTwoMaterials(void)
       }
     }
     PetscCall(FemModelCreate(PETSC_COMM_SELF, &model));
-    PetscCall(FemModelSetKind(model, KindOf(type), 1));
+    PetscCall(FemModelSetKind(model, RecoverKind(type), 1));
     PetscCall(FemModelSetMethod(model, FEM_STATIC));
     PetscCall(FemModelSetMesh(model, &mesh));
     PetscCall(FemModelAddMaterial(model, "left", &soft));
@@ -536,7 +321,7 @@ static PetscErrorCode TestTwoMaterials(void)
       CheckClose(stress[6 * p], 3e6, 1e-9);
       CheckClose(strain[6 * p], x > 1 + 1e-9 || p >= mesh.n_nodes ? 1e-3 : 3e-3, 1e-9);
     }
-    PetscCall(Impose(model, mesh.dim == 2 ? PlaneLinear : Linear)); /* the same strain on both sides */
+    PetscCall(RecoverImpose(model, mesh.dim == 2 ? PlaneLinear : Linear)); /* the same strain on both sides */
     PetscCall(FemModelRecover(model, stress, NULL));
     for (PetscInt p = 0; p < n_points; p++) CheckClose(stress[6 * p], 2e-3 * (mesh.x[3 * node[p]] > 1 + 1e-9 || p >= mesh.n_nodes ? 3e9 : 1e9), 1e-12);
     PetscCall(PetscFree2(stress, strain));
@@ -563,7 +348,7 @@ static PetscErrorCode TestProbes(void)
     FemModel       model;
     FemReadings    readings;
 
-    PetscCall(Free(types[t], length, n, 0.2, KindOf(types[t]), &steel, &mesh, &model));
+    PetscCall(RecoverFree(types[t], length, n, 0.2, RecoverKind(types[t]), &recover_steel, &mesh, &model));
     PetscCall(FemModelAddProbe(model, "A", at, 6, quantity));
     PetscCall(FemModelAddProbe(model, "corner", corner, 1, &quantity[2]));
     CheckFails(FemModelAddProbe(model, "B", away, 1, quantity), PETSC_ERR_USER_INPUT, "probe 'B'");
@@ -572,7 +357,7 @@ static PetscErrorCode TestProbes(void)
     PetscCall(FemModelSetUp(model));
     PetscCall(FemModelGetReadings(model, &readings));
     CheckInt(readings.recoveries + readings.patches, 0); /* nobody has looked yet */
-    PetscCall(Impose(model, flat ? PlaneLinear : Linear));
+    PetscCall(RecoverImpose(model, flat ? PlaneLinear : Linear));
     (flat ? PlaneLinear : Linear)(at, u);
     (flat ? PlaneLinearStress : LinearStress)(at, s);
     FemPrincipal(s, p, NULL);
