@@ -1,4 +1,4 @@
-/* Recovered stress of quadratic elements, displacements given at the nodes: exact fields, and orders in the plane. Those in space: test_fem_recover_solid. */
+/* Recovered stress of quadratic elements, displacements given at the nodes: exact fields, and orders in the plane. */
 #include "recover_case.h"
 
 /* u_x = x^2 + xy, u_y = y^2 - 2xy + xz, u_z = z^2 - 2yz: a linear stress */
