@@ -144,6 +144,9 @@ PetscErrorCode DemContactsDestroy_Internal(DemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+#define ELASTIC_STEPS 32   /* through the shortest contact without loss */
+#define HERTZ_TIME 4.0302 /* duration of an elastic impact by sqrt(m/S), S at its deepest: 0.8 sqrt(pi) Gamma(2/5)/Gamma(9/10) sqrt(15/8) */
+
 /*
   Around a sphere of radius r fit at most 2 / (1 - cos a) others of radius s or more, sin a = s/(r + s): their caps do not
   overlap. Each adds at most twice its stiffness to the row of either particle, the tangential one with 1 + m r^2/I = 3.5
@@ -153,9 +156,10 @@ PetscReal DemContactsRate_Internal(DemModel model, PetscReal *drag)
 {
   const DemContacts *c = &model->contacts;
   const PetscInt     n = model->n;
-  PetscReal          least = PETSC_MAX_REAL, most = 0, rate = 0;
+  PetscReal          least = PETSC_MAX_REAL, most = 0, lightest = PETSC_MAX_REAL, rate = 0;
 
   for (PetscInt p = 0; p < n; p++) {
+    lightest = PetscMin(lightest, model->mass[p]);
     least = PetscMin(least, model->r[p]);
     most  = PetscMax(most, model->r[p]);
   }
@@ -172,6 +176,11 @@ PetscReal DemContactsRate_Internal(DemModel model, PetscReal *drag)
       const PetscReal       rolls = PetscMax(pair->roll_spring, pair->twist_spring) * radius * radius * model->mass[p] / model->inertia[p];
 
       rate  = PetscMax(rate, 2 * N * S / model->mass[p] * PetscMax(1, PetscMax(tangent, rolls)));
+      if (pair->zeta == 0 && !model->bonds.n) { /* grains without loss, what a coarse step does to the energy stays.  Eq. (5.38) */
+        const PetscReal whole = pair->hertz > 0 ? HERTZ_TIME : PETSC_PI, mass = model->mass[p] * lightest / (model->mass[p] + lightest);
+
+        rate = PetscMax(rate, PetscSqr(2 * ELASTIC_STEPS / whole) * S / mass);
+      }
       *drag = PetscMax(*drag, 2 * N * PetscSqrtReal(S / model->mass[p]) * PetscMax(pair->drag, pair->mu_static > 0 ? pair->drag_tangent * turn : 0));
     }
   }

@@ -248,101 +248,153 @@ static PetscErrorCode Throw(const DemContactPair *pair, PetscReal r, PetscReal d
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What comes of an impact: v_t'/v_t, spin [rad/s] (negative: as a rolling ball's), direction in which the patch leaves [degrees] or its velocity. */
+typedef struct {
+  PetscReal e_t, spin, angle, patch;
+} Rebound;
+
+static PetscErrorCode After(const DemContactPair *pair, PetscReal r, PetscReal density, PetscReal vn, PetscReal vt, Rebound *out)
+{
+  PetscReal ledger;
+  Ball      a;
+
+  PetscFunctionBeginUser;
+  PetscCall(Throw(pair, r, density, vn, vt, &a, &ledger));
+  CheckBelow(ledger, 1e-3);
+  *out = (Rebound){a.v[0] / vt, -a.w[1], 180 / PETSC_PI * atan2(a.v[0] - r * a.w[1], a.v[2]), a.v[0] - r * a.w[1]};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same in closed form, for a contact that slides from first to last: the impulse along the plane is mu times the normal one. */
+static Rebound Slides(PetscReal r, PetscReal e, PetscReal mu, PetscReal vn, PetscReal vt)
+{
+  const PetscReal lost = mu * (1 + e) * vn, patch = vt - 3.5 * lost;
+
+  return (Rebound){1 - lost / vt, -2.5 * lost / r, 180 / PETSC_PI * atan2(patch, e * vn), patch};
+}
+
 /*
-  Chung and Ooi 4: aluminium oxide on a rigid plane, 3.9 m/s, 5 to 85 degrees. Where the contact slides to the end (from 30
-  degrees on) the curves agree to what was read off the page. At steeper impacts it sticks for a while, and what comes back depends
-  on how the tangential spring is made: theirs and ours differ by up to 0.1 in e_t at 5 degrees, 1.6 degrees in the rebound angle.
+  Chung and Ooi 4: aluminium oxide on a rigid plane, 3.9 m/s, 5 to 85 degrees, e = 0.98, mu = 0.092. From 29 degrees on the contact
+  slides throughout: ours is the closed form, from which the digitised curves differ by what was misread, and by no more.
+  Steeper, it sticks for a while and the result hangs on how the tangential spring is made. All three curves are then one impulse;
+  their spin lies up to 80 rad/s off the experiment of Kharaz et al., and by no more may ours differ from theirs. What is measured is printed.
 */
 static PetscErrorCode TestOblique4(void)
 {
-  PetscReal      x[64], y[64], ledger;
-  PetscInt       n;
-  Ball           a;
-  DemContactPair pair;
+  static const char *const name[] = {"tangential_restitution", "final_angular_velocity", "rebound_angle"};
+  const PetscReal          r = 2.5e-3, misread[] = {0.003, 4.5, 0.4};
+  PetscReal                x[64], y[64], ex[64], ey[64], apart = 0;
+  PetscInt                 n, m;
+  DemContactPair           pair;
 
   PetscFunctionBeginUser;
   PetscCall(Pair(DEM_CONTACT_HERTZ, 380e9, 0.23, 0.98, 0.092, PETSC_TRUE, &pair));
-  n = Reference("chung_ooi_test4_tangential_restitution.csv", "al_oxide", x, y);
-  for (PetscInt k = 0; k < n; k++) {
-    const PetscReal t = x[k] * PETSC_PI / 180;
-
-    PetscCall(Throw(&pair, 2.5e-3, 4000, 3.9 * cos(t), 3.9 * sin(t), &a, &ledger));
-    CheckNear(a.v[0] / (3.9 * sin(t)), y[k], x[k] > 28 ? 0.004 : x[k] > 12 ? 0.012 : x[k] > 8 ? 0.025 : 0.1);
-    if (x[k] > 35) CheckNear(a.v[0] / (3.9 * sin(t)), 1 - 0.092 * 1.98 / tan(t), 3e-4); /* slides throughout: closed form */
-    CheckBelow(ledger, 1e-3);
-  }
   n = Reference("chung_ooi_test4_final_angular_velocity.csv", "al_oxide", x, y);
-  for (PetscInt k = 0; k < n; k++) {
-    const PetscReal t = x[k] * PETSC_PI / 180;
+  m = Reference("chung_ooi_test4_final_angular_velocity.csv", "experiment", ex, ey);
+  for (PetscInt k = 0; k < m; k++)
+    if (ex[k] > x[0] && ex[k] < 29) apart = PetscMax(apart, PetscAbsReal(Between(n, x, y, ex[k]) - ey[k]));
+  for (PetscInt q = 0; q < 3; q++) {
+    char      file[96];
+    PetscReal worst = 0;
 
-    PetscCall(Throw(&pair, 2.5e-3, 4000, 3.9 * cos(t), 3.9 * sin(t), &a, &ledger));
-    CheckNear(-a.w[1], y[k], x[k] > 28 ? 4 : x[k] > 8 ? 17 : 30); /* of 617 rad/s */
-  }
-  n = Reference("chung_ooi_test4_rebound_angle.csv", "al_oxide", x, y);
-  for (PetscInt k = 0; k < n; k++) {
-    const PetscReal t = x[k] * PETSC_PI / 180;
+    (void)snprintf(file, sizeof(file), "chung_ooi_test4_%s.csv", name[q]);
+    n = Reference(file, "al_oxide", x, y);
+    for (PetscInt k = 0; k < n; k++) {
+      const PetscReal t = x[k] * PETSC_PI / 180, vn = 3.9 * cos(t), vt = 3.9 * sin(t);
+      const Rebound   exact = Slides(r, 0.98, 0.092, vn, vt);
+      Rebound         ours;
 
-    PetscCall(Throw(&pair, 2.5e-3, 4000, 3.9 * cos(t), 3.9 * sin(t), &a, &ledger));
-    CheckNear(180 / PETSC_PI * atan2(a.v[0] - a.r * a.w[1], a.v[2]), y[k], x[k] > 28 ? 0.4 : 1.6);
+      PetscCall(After(&pair, r, 4000, vn, vt, &ours));
+      const PetscReal got = q == 0 ? ours.e_t : q == 1 ? ours.spin : ours.angle, want = q == 0 ? exact.e_t : q == 1 ? exact.spin : exact.angle;
+      const PetscReal impulse = 0.4 * r * apart, room = q == 0 ? impulse / vt : q == 1 ? apart : 180 / PETSC_PI * 3.5 * impulse / (0.98 * vn);
+
+      if (x[k] > 29) CheckNear(want, y[k], misread[q]);
+      if (x[k] > 32) CheckNear(got, want, q == 0 ? 1e-3 : q == 1 ? 2 : 0.2); /* at 30 degrees it has only just ceased to stick */
+      if (x[k] < 29) {
+        CheckNear(got, y[k], room);
+        worst = PetscMax(worst, PetscAbsReal(got - y[k]));
+      }
+    }
+    print_message("Chung and Ooi 4, sticking part, %s: %.3g from the curve\n", name[q], (double)worst);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 CHECK_TEST(TestOblique4)
 
 /*
-  Chung and Ooi 5: a small elastic sphere at 5 m/s. From x = v_t/(mu v_n) = 7 on it slides throughout, and R w/(mu v_n) = -5 in
-  closed form. Their curves before that are those of a tangential spring of 2/7 of the normal one, not of Mindlin's 0.82: with
-  2/7 given, ours lie on theirs within 5 % of the range.
+  Chung and Ooi 5: a small elastic sphere at 5 m/s against x = v_t/(mu v_n). From x = 7 on it slides throughout: closed form. Before that
+  the measure is the elastic solid itself, the finite element curve; a single spring knows no partial slip. Ours with
+  the stiffness of Mindlin must lie nearer to it than the digitised particle curves do. What is measured is printed.
 */
 static PetscErrorCode TestOblique5(void)
 {
-  PetscFunctionBeginUser;
-  for (PetscInt plastic = 0; plastic < 2; plastic++) {
-    const char    *series = plastic ? "polyethylene" : "steel";
-    PetscReal      x[64], y[64], ledger;
-    PetscInt       n;
-    Ball           a;
-    DemContactPair pair;
+  static const char *const file[] = {"chung_ooi_test5_spin.csv", "chung_ooi_test5_tangent_rebound.csv"}, *const series[] = {"steel", "polyethylene", "FEM"};
+  const PetscReal          r = 1e-5, unit = 1.5; /* mu v_n */
 
-    PetscCall(Pair(DEM_CONTACT_HERTZ, plastic ? 1e9 : 208e9, plastic ? 0.38 : 0.3, 1, 0.3, PETSC_TRUE, &pair));
-    pair.ratio = 2.0 / 7;
-    n          = Reference("chung_ooi_test5_spin.csv", series, x, y);
-    for (PetscInt k = 0; k < n; k++) {
-      PetscCall(Throw(&pair, 1e-5, plastic ? 1000 : 7850, 5, 1.5 * x[k], &a, &ledger));
-      CheckNear(-a.w[1] * a.r / 1.5, y[k], 0.05 * 5);
-      if (x[k] >= 7) CheckClose(a.w[1] * a.r / 1.5, 5, 0.012); /* polyethylene: overlaps of some per cent of r shorten the arm */
-      CheckBelow(ledger, 1e-3);
+  PetscFunctionBeginUser;
+  for (PetscInt q = 0; q < 2; q++) {
+    PetscReal fx[64], fy[64], theirs = 0, worst[3] = {0};
+    PetscInt  m = Reference(file[q], "FEM", fx, fy);
+
+    for (PetscInt s = 0; s < 3; s++) {
+      const PetscBool plastic = (PetscBool)(s == 1);
+      PetscReal       x[64], y[64], overlap, force, duration;
+      const PetscInt  n = Reference(file[q], series[s], x, y);
+      DemContactPair  pair;
+
+      PetscCall(Pair(DEM_CONTACT_HERTZ, plastic ? 1e9 : 208e9, plastic ? 0.38 : 0.3, 1, 0.3, PETSC_TRUE, &pair));
+      Hertz(pair.modulus / 2, r, Sphere(r, plastic ? 1000 : 7850).m, 5, &overlap, &force, &duration);
+      if (s == 0)
+        for (PetscInt k = 0; k < m; k++)
+          if (fx[k] > x[0]) theirs = PetscMax(theirs, PetscAbsReal(Between(n, x, y, fx[k]) - fy[k]));
+      for (PetscInt k = 0; k < n; k++) {
+        const Rebound exact = Slides(r, 1, 0.3, 5, unit * x[k]);
+        Rebound       ours;
+
+        PetscCall(After(&pair, r, plastic ? 1000 : 7850, 5, unit * x[k], &ours));
+        const PetscReal got = q ? ours.patch / unit : ours.spin * r / unit, want = q ? exact.patch / unit : exact.spin * r / unit;
+
+        worst[s] = PetscMax(worst[s], PetscAbsReal(got - y[k]));
+        if (x[k] < 7) continue;
+        CheckNear(want, y[k], 0.1); /* what was misread, of a range of 14 */
+        CheckNear(got, want, 5 * 0.5 * overlap / r); /* the arm is shorter by half the overlap, at most */
+      }
     }
-    n = Reference("chung_ooi_test5_tangent_rebound.csv", series, x, y);
-    for (PetscInt k = 0; k < n; k++) {
-      PetscCall(Throw(&pair, 1e-5, plastic ? 1000 : 7850, 5, 1.5 * x[k], &a, &ledger));
-      CheckNear((a.v[0] - a.r * a.w[1]) / 1.5, y[k], 0.05 * 6);
-      if (x[k] >= 7) CheckNear((a.v[0] - a.r * a.w[1]) / 1.5, x[k] - 7, 0.08);
-    }
+    CheckBelow(worst[2], theirs);
+    print_message("%s: ours is %.3g from the finite elements (theirs %.3g), %.3g from steel, %.3g from polyethylene\n", file[q], (double)worst[2], (double)theirs, (double)worst[0], (double)worst[1]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 CHECK_TEST(TestOblique5)
 
-/* Thornton et al., e = 0.5, linear and Hertzian springs: whole curves within 6 %, 0.5 % where the contact slides throughout. */
+/*
+  Thornton et al., e = 0.5, linear and Hertzian springs. Where the contact slides throughout: the closed form, the curves off it by what was
+  misread. Whole curves: a mean error below 5 %, what Kratos holds itself to on the same files.
+*/
 static PetscErrorCode TestThornton(void)
 {
   PetscFunctionBeginUser;
   for (PetscInt law = DEM_CONTACT_LINEAR; law <= DEM_CONTACT_HERTZ; law++) {
-    PetscReal      x[64], y[64], ledger;
+    PetscReal      x[64], y[64], apart = 0, sum = 0, worst = 0;
     PetscInt       n;
-    Ball           a;
     DemContactPair pair;
 
     PetscCall(Pair((DemContactLaw)law, 70e9, 0.3, 0.5, 0.1, PETSC_FALSE, &pair));
     n = Reference("thornton_oblique_tangential_restitution_e050.csv", law == DEM_CONTACT_HERTZ ? "hertzian" : "linear", x, y);
     for (PetscInt k = 0; k < n; k++) {
-      const PetscReal vt = 5 * 0.5 * 1.5 * 0.1 * x[k];
+      const PetscReal vt = 5 * 0.5 * 1.5 * 0.1 * x[k], exact = Slides(0.025, 0.5, 0.1, 5, vt).e_t;
+      Rebound         ours;
 
-      PetscCall(Throw(&pair, 0.025, 2650, 5, vt, &a, &ledger));
-      CheckClose(a.v[0] / vt, y[k], x[k] > 6.3 ? 0.005 : 0.06);
-      CheckBelow(ledger, 1e-3);
+      PetscCall(After(&pair, 0.025, 2650, 5, vt, &ours));
+      apart += PetscAbsReal(ours.e_t - y[k]);
+      sum += y[k];
+      worst = PetscMax(worst, PetscAbsReal(ours.e_t - y[k]));
+      if (x[k] < 6.3) continue;
+      CheckNear(exact, y[k], 0.0035);
+      CheckNear(ours.e_t, exact, 1e-3);
     }
+    CheckBelow(apart / sum, 0.05);
+    print_message("Thornton, %s: e_t is %.3g from the curve at worst, %.3g %% in the mean\n", law == DEM_CONTACT_HERTZ ? "Hertz" : "linear", (double)worst, (double)(100 * apart / sum));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -414,6 +466,7 @@ static PetscErrorCode TestSlideAndRoll(void)
   DemContactChoice        c = {.law = DEM_CONTACT_LINEAR, .restitution = 0.5, .friction = 0.3};
   DemContactPair          pair;
   Slide                   s;
+  PetscReal               off[3], half;
   const PetscReal         g = 9.81, dt = 1e-5, meet = 1 / (9.81 * (0.3 + 2.5 * 0.25)), steep = atan(0.5);
 
   PetscFunctionBeginUser;
@@ -426,9 +479,20 @@ static PetscErrorCode TestSlideAndRoll(void)
   CheckClose(s.friction, 0.5 * 0.01 * 2 / 7, 5e-3);
   c.rolling         = 0.05;
   c.rolling_damping = 0.3;
+  /* slides and is spun up by (mu - mu_r) until it rolls, at `meet`; then the tangential spring lets go of its force, sooner the stiffer it is */
+  for (PetscInt stiff = 0; stiff < 3; stiff++) {
+    const PetscInt          finer = 1 << (2 * stiff);
+    const PetscReal         want = 1 - 0.3 * g * meet - 5.0 / 7 * 0.05 * g * (0.3 - meet);
+    const DemContactElastic stiffer = {1e6 * finer * finer, 0.25};
+
+    PetscCall(DemContactPairSet(&pair, &c, stiffer, rigid));
+    Roll(&pair, PETSC_FALSE, 0, 1, dt / finer, 30000 * finer, &s);
+    off[stiff] = PetscAbsReal(s.v / want - 1);
+  }
+  CheckBelow(off[1], 0.5 * off[0]);
+  CheckBelow(off[2], 0.5 * off[1]);
+  CheckBelow(off[2], 1e-3);
   PetscCall(DemContactPairSet(&pair, &c, glass, rigid));
-  Roll(&pair, PETSC_FALSE, 0, 1, dt, 30000, &s); /* slides and is spun up by (mu - mu_r) until it rolls, at `meet` */
-  CheckClose(s.v, 1 - 0.3 * g * meet - 5.0 / 7 * 0.05 * g * (0.3 - meet), 6e-3); /* the tangential spring lets go of its force over 1 ms */
   Roll(&pair, PETSC_FALSE, 0, 1, dt, 600000, &s);
   CheckNear(s.v, 0, 1e-4);
   /* a block stays below the angle of friction; above it a = g (sin - mu cos) */
@@ -438,7 +502,9 @@ static PetscErrorCode TestSlideAndRoll(void)
   CheckNear(s.v, 0, 1e-6);
   CheckBelow(s.x, 1e-4);
   Roll(&pair, PETSC_TRUE, steep, 0, dt, 100000, &s);
-  CheckClose(s.v, g * (sin(steep) - 0.3 * cos(steep)), 2e-3);
+  half = s.v;
+  Roll(&pair, PETSC_TRUE, steep, 0, dt, 200000, &s);
+  CheckClose(s.v - half, g * (sin(steep) - 0.3 * cos(steep)), 1e-10); /* once it slides */
   c.friction_static = 1; /* its sudden weight swings past 0.5 */
   PetscCall(DemContactPairSet(&pair, &c, glass, rigid));
   Roll(&pair, PETSC_TRUE, steep, 0, dt, 100000, &s);

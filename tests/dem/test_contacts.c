@@ -405,7 +405,54 @@ static PetscErrorCode TestBox(void)
 }
 CHECK_TEST(TestBox)
 
-/* An elastic gas at 0.9 of the advised step: its energy stays within 1e-3 (5.2e-4 measured over 1e5 steps). -gas_steps asks for more steps. */
+/* Two spheres of a model meet head on: depth, duration and rebound of Hertz to 0.1 %, the energy at every step too. */
+static PetscErrorCode TestHertzInModel(void)
+{
+  Cloud            c = Dense(3, 2);
+  DemModel         model;
+  DemState         state;
+  DemContactCounts counts;
+  Stepper          stepper;
+  Ledger           now;
+  PetscReal        ledger = 0, lasted = 0;
+  const PetscReal  r = 1e-3, mass = 2500 * 4.0 / 3 * PETSC_PI * r * r * r, modulus = 0.5e7 / (1 - 0.0625), v = 0.2;
+  const PetscReal  deep = PetscPowReal(15 * 0.5 * mass * v * v / (16 * modulus * PetscSqrtReal(0.5 * r)), 0.4), duration = 0.8 * PetscSqrtReal(PETSC_PI) * tgamma(0.4) / tgamma(0.9) * deep / v;
+
+  PetscFunctionBeginUser;
+  c.contact        = (DemContactOptions){.choice = {.law = DEM_CONTACT_HERTZ, .restitution = 1, .friction = 0.3}, .domain = DEM_DOMAIN_OPEN, .deepest = 0.05};
+  c.spread         = 0;
+  c.speed          = 0;
+  PetscCall(CloudCreate(&c, &model));
+  PetscCall(DemModelGetState(model, &state));
+  for (PetscInt p = 0; p < 2; p++) {
+    const PetscReal side = p ? 1 : -1, to[3] = {side * 1.001 * r, 0, 0};
+
+    for (PetscInt d = 0; d < 3; d++) state.u[d * 2 + p] = to[d] - state.x0[d * 2 + p];
+    state.v[p] = -side * 0.5 * v;
+  }
+  PetscCall(DemModelRestoreState(model, &state));
+  PetscCall(DemModelGetStepper(model, &stepper));
+  for (PetscInt k = 0; k < 4000; k++) {
+    PetscCall(Run(model, k, k + 1, duration / 2000));
+    PetscCall(DemModelGetContactCounts(model, &counts));
+    if (counts.touching) lasted += duration / 2000;
+    PetscCall(stepper.energy(model, &now));
+    now.initial = 0.25 * mass * v * v;
+    ledger      = PetscMax(ledger, PetscAbsReal(now.energy[LEDGER_KINETIC] + now.energy[LEDGER_CONTACT] - now.initial) / now.initial);
+  }
+  CheckInt(counts.touching, 0);
+  CheckClose(counts.deepest, deep / (0.5 * r), 1e-3);
+  CheckClose(lasted, duration, 1e-3);
+  CheckBelow(ledger, 1e-3);
+  PetscCall(DemModelGetState(model, &state));
+  for (PetscInt p = 0; p < 2; p++) CheckClose(state.v[p], p ? 0.5 * v : -0.5 * v, 1e-5);
+  PetscCall(DemModelRestoreState(model, &state));
+  PetscCall(DemModelDestroy(&model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestHertzInModel)
+
+/* An elastic gas at 0.9 of the advised step: looked at 1000 times its energy is within 1e-4. -gas_steps asks for more steps. */
 static PetscErrorCode TestGas(void)
 {
   Cloud         c = Dense(3, 64);
@@ -424,17 +471,17 @@ static PetscErrorCode TestGas(void)
   PetscCall(DemModelGetStepper(model, &stepper));
   PetscCall(DemModelGetStableStep(model, &dt));
   PetscCall(stepper.energy(model, &start));
-  for (PetscInt k = 0; k < 100; k++) {
-    PetscCall(Run(model, k * (steps / 100), (k + 1) * (steps / 100), 0.9 * dt));
+  for (PetscInt k = 0; k < 1000; k++) {
+    PetscCall(Run(model, k * (steps / 1000), (k + 1) * (steps / 1000), 0.9 * dt));
     PetscCall(stepper.energy(model, &now));
     worst = PetscMax(worst, PetscAbsReal(now.energy[LEDGER_KINETIC] + now.energy[LEDGER_CONTACT] - start.energy[LEDGER_KINETIC]) / start.energy[LEDGER_KINETIC]);
   }
-  CheckBelow(worst, 1e-3);
+  CheckBelow(worst, 1e-4);
   PetscCall(DemModelDestroy(&model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 CHECK_TEST(TestGas)
 
-static const struct CMUnitTest tests[] = {TEST(TestTwin), TEST(TestConservation), TEST(TestResume), TEST(TestOffsets), TEST(TestSearched), TEST(TestTornPairMeetsAgain), TEST(TestBox), TEST(TestGas)};
+static const struct CMUnitTest tests[] = {TEST(TestTwin), TEST(TestConservation), TEST(TestResume), TEST(TestOffsets), TEST(TestSearched), TEST(TestTornPairMeetsAgain), TEST(TestBox), TEST(TestHertzInModel), TEST(TestGas)};
 
 CHECK_MAIN(tests)
