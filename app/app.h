@@ -45,7 +45,7 @@ typedef struct {
   PetscInt dim; /* of its cells; a face of a DEM body is dim - 1, a tool -1 */
 } AppGroup;
 
-typedef enum { APP_FIX, APP_TRACTION, APP_PRESSURE, APP_GRAVITY, APP_SYMMETRY, APP_FORCE, APP_LINE_LOAD } AppLoadKind;
+typedef enum { APP_FIX, APP_TRACTION, APP_PRESSURE, APP_GRAVITY, APP_SYMMETRY, APP_FORCE, APP_LINE_LOAD, APP_ABSORB } AppLoadKind;
 
 /* One thing a condition asks for, with the scene path to point at when it is refused. */
 typedef struct {
@@ -71,13 +71,14 @@ typedef struct {
   const char *group, *material;
   PetscReal   density, young, poisson; /* SI; of an orthotropic material the largest, for estimates */
   FemMaterial elastic;
-  PetscReal   local_damping, mass_damping; /* [-], [1/s] */
+  PetscReal   local_damping, mass_damping, stiffness_damping; /* [-], [1/s], [s] */
   PetscBool   cohesive;
   DemStrength strength; /* of a material that breaks */
   DemRule     rule;     /* of its bonds */
 } AppPart;
 
 typedef enum { APP_FEM, APP_DEM, APP_COUPLED } AppMethod;
+typedef enum { APP_EXPLICIT, APP_STATIC, APP_IMPLICIT, APP_MODAL } AppTime;
 enum { APP_PARTS = 64 };
 
 /* Everything built for a scene; only what its method needs is ever made. */
@@ -91,6 +92,8 @@ typedef struct {
   PetscBool   plane_stress, is_static;
   PetscReal   thickness; /* [m], 2D */
   AppMethod   method;
+  AppTime     time;
+  PetscBool   preload; /* time.preload: static */
   PetscInt    n_parts;
   AppPart     part[APP_PARTS];
 
@@ -116,6 +119,9 @@ typedef struct {
   PetscInt      threads;
   Stepper     stepper;
   AppReadings readings;
+
+  PetscInt   n_modes; /* of a modal run */
+  PetscReal *frequency; /* [n_modes] [Hz] */
 
   PetscInt made_bodies, made_packings, made_cells, made_dem, made_fem, made_couplings; /* counts of what was constructed */
 } AppCase;
@@ -189,6 +195,7 @@ typedef struct {
   char        warning[8][512];
 } AppEnd;
 PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary *run, const AppEnd *end, const char *directory);
+PetscErrorCode AppModal(AppCase *c, Output output, const char *directory, PetscBool quiet); /* modes.csv, frames, c->frequency */
 PetscErrorCode AppCracksWrite(AppCase *c, const char *directory); /* cracks.csv and fragments.csv, where the material can break */
 PetscErrorCode AppSwitchesWrite(AppCase *c, const char *directory, AppEnd *end); /* switches.csv, where elements may turn */
 PetscErrorCode AppSwitchesJson(AppCase *c, Json *json);

@@ -4,7 +4,8 @@
 
 PetscErrorCode AppCaseRead(MPI_Comm comm, const AppOptions *options, AppCase *c)
 {
-  const char *word;
+  static const char *const times[] = {"explicit", "static", "implicit", "modal"}; /* AppTime */
+  const char              *word;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(c, sizeof(*c)));
@@ -22,7 +23,13 @@ PetscErrorCode AppCaseRead(MPI_Comm comm, const AppOptions *options, AppCase *c)
     PetscCall(SceneGetReal(c->scene, "thickness", &c->thickness));
   }
   PetscCall(SceneGetString(c->scene, "time.method", &word));
-  c->is_static = strcmp(word, "static") ? PETSC_FALSE : PETSC_TRUE;
+  for (int k = 0; k < 4; k++)
+    if (!strcmp(word, times[k])) c->time = (AppTime)k;
+  c->is_static = c->time == APP_STATIC ? PETSC_TRUE : PETSC_FALSE;
+  if (c->time == APP_EXPLICIT || c->time == APP_IMPLICIT) {
+    PetscCall(SceneGetString(c->scene, "time.preload", &word));
+    c->preload = strcmp(word, "static") ? PETSC_FALSE : PETSC_TRUE;
+  }
   PetscCall(AppClockEnd(&c->clock));
   PetscCall(AppClockBegin(&c->clock, "geometry"));
   PetscCall(AppGeometryRead(c));
@@ -36,7 +43,7 @@ static PetscErrorCode InitialVelocity(AppCase *c, PetscReal velocity[3], char pa
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(velocity, 3));
   PetscCall(PetscSNPrintf(path, 256, "bodies.%s.initial_velocity", c->part[0].name));
-  if (!c->is_static) PetscCall(SceneGetVector(c->scene, path, c->dim, velocity));
+  if (c->time == APP_EXPLICIT || c->time == APP_IMPLICIT) PetscCall(SceneGetVector(c->scene, path, c->dim, velocity));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -63,7 +70,18 @@ static PetscErrorCode BuildFem(AppCase *c, PetscInt threads)
   PetscCall(FemModelCreate(c->comm, &c->fem));
   c->made_fem++;
   PetscCall(FemModelSetKind(c->fem, c->dim == 3 ? FEM_SOLID : c->plane_stress ? FEM_PLANE_STRESS : FEM_PLANE_STRAIN, c->thickness));
-  PetscCall(FemModelSetMethod(c->fem, c->is_static ? FEM_STATIC : FEM_EXPLICIT));
+  PetscCall(FemModelSetMethod(c->fem, c->is_static ? FEM_STATIC : c->time == APP_IMPLICIT ? FEM_IMPLICIT : c->time == APP_MODAL ? FEM_MODAL : FEM_EXPLICIT));
+  PetscCall(FemModelSetPreload(c->fem, c->preload));
+  if (c->time == APP_IMPLICIT || c->time == APP_MODAL) {
+    PetscReal   rho = -1;
+    PetscBool   has = PETSC_FALSE;
+    const char *mass;
+
+    if (c->time == APP_IMPLICIT) PetscCall(SceneHas(c->scene, "time.rho_inf", &has));
+    if (has) PetscCall(SceneGetReal(c->scene, "time.rho_inf", &rho));
+    PetscCall(SceneGetString(c->scene, "time.mass", &mass));
+    PetscCall(FemModelSetImplicit(c->fem, rho, strcmp(mass, "lumped") ? PETSC_FALSE : PETSC_TRUE));
+  }
   PetscCall(SetElement(c));
   PetscCall(FemModelSetThreads(c->fem, threads));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.geometry", c->part[0].name));
@@ -79,6 +97,8 @@ static PetscErrorCode BuildFem(AppCase *c, PetscInt threads)
   PetscCall(InitialVelocity(c, velocity, path));
   AppCallAt(c->scene, path, FemModelSetInitialVelocity(c->fem, velocity));
   PetscCall(FemModelSetDamping(c->fem, c->part[0].mass_damping));
+  PetscCall(FemModelSetStiffnessDamping(c->fem, c->part[0].stiffness_damping));
+  PetscCall(FemModelSetLocalDamping(c->fem, c->part[0].local_damping));
   PetscCall(AppConditionsApply(c));
   AppCallAt(c->scene, "bodies", FemModelSetUp(c->fem));
   PetscCall(FemModelGetStepper(c->fem, &c->stepper));
@@ -309,6 +329,7 @@ PetscErrorCode AppCaseDestroy(AppCase *c)
   if (c->split.dim) PetscCall(CouplingSplitDestroy(&c->split));
   PetscCall(MeshDestroy(&c->mesh));
   for (PetscInt k = 0; k < c->n_loads; k++) PetscCall(TableDestroy(&c->load[k].table));
+  PetscCall(PetscFree(c->frequency));
   PetscCall(PetscFree(c->load));
   PetscCall(PetscFree(c->quantity));
   PetscCall(PetscFree(c->group));

@@ -52,11 +52,11 @@ static PetscErrorCode AddLoad(AppCase *c, AppLoadKind kind, const char *path, co
 
 static PetscErrorCode AddFix(AppCase *c, const char *path, const char *group, PetscInt component, PetscBool velocity, const Table *table)
 {
-  AppLoad *load;
+  AppLoad *load = NULL;
 
   PetscFunctionBegin;
-  if (!c->is_static && !velocity && TableValue(table, 0) != 0)
-    PetscCall(SceneFail(c->scene, path, "'%s' stands %g m away from its place at t = 0; an explicit run starts at displacement 0: use a table or a ramp", group, (double)TableValue(table, 0)));
+  if (!c->is_static && !c->preload && !velocity && TableValue(table, 0) != 0)
+    PetscCall(SceneFail(c->scene, path, "'%s' stands %g m away from its place at t = 0; a dynamic run starts at displacement 0: use a table or a ramp, or begin with time.preload: static", group, (double)TableValue(table, 0)));
   PetscCall(AddLoad(c, APP_FIX, path, group, &load));
   load->component = component;
   load->velocity  = velocity;
@@ -262,6 +262,14 @@ static PetscErrorCode ReadCondition(AppCase *c, PetscInt i)
     PetscCall(CheckFacets(c, path, group));
     PetscCall(ReadDirections(c, at, "traction", group));
   }
+  Path(path, "%s.absorb", at);
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (has) PetscCall(SceneGetBool(c->scene, path, &has));
+  if (has) {
+    PetscCall(CheckFacets(c, path, group));
+    if (c->method != APP_FEM) PetscCall(SceneFail(c->scene, path, "absorbing sides belong to finite elements; the body of '%s' is %s", group->name, c->method == APP_DEM ? "made of particles" : "coupled, which is not covered yet, see docs/not-yet.md"));
+    PetscCall(AddLoad(c, APP_ABSORB, path, group->name, &load));
+  }
   Path(path, "%s.pressure", at);
   PetscCall(SceneHas(c->scene, path, &has));
   if (has) {
@@ -350,6 +358,14 @@ PetscErrorCode AppConditionsRead(AppCase *c)
     PetscCall(SceneGetSize(c->scene, "conditions", &n));
     for (PetscInt i = 0; i < n; i++) PetscCall(ReadCondition(c, i));
   }
+  PetscCall(SceneHas(c->scene, "output.plots", &has));
+  if (has && c->time == APP_MODAL) PetscCall(SceneFail(c->scene, "output.plots", "plots are of the history, and a modal run has none; take them out, modes.csv holds the frequencies"));
+  for (PetscInt k = 0; k < c->n_loads && c->time == APP_MODAL; k++) {
+    const AppLoad *l = &c->load[k];
+
+    if (l->kind == APP_SYMMETRY || (l->kind == APP_FIX && l->table.n == 1 && l->table.v[0] == 0)) continue;
+    PetscCall(SceneFail(c->scene, l->path, "eigenfrequencies know supports alone, no loads and no motion; take this out, or hold the group with fix"));
+  }
   if (c->method == APP_DEM) {
     PetscCall(CheckDemTraction(c));
     PetscCall(CheckDemFaces(c));
@@ -394,6 +410,7 @@ static PetscErrorCode ApplyFem(AppCase *c, const AppLoad *l)
   case APP_SYMMETRY: AppCallAt(c->scene, l->path, FemModelSetSymmetry(c->fem, l->group)); break;
   case APP_PRESSURE: AppCallAt(c->scene, l->path, FemModelAddPressure(c->fem, l->group, &l->table)); break;
   case APP_GRAVITY: AppCallAt(c->scene, l->path, FemModelSetGravity(c->fem, l->gravity)); break;
+  case APP_ABSORB: AppCallAt(c->scene, l->path, FemModelAddAbsorber(c->fem, l->group)); break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -414,6 +431,7 @@ static PetscErrorCode ApplyDem(AppCase *c, const AppLoad *l)
   case APP_LINE_LOAD: PetscCall(SceneFail(c->scene, l->path, "'%s' is on the particles' side of the coupled body, which takes fix, traction and pressure", l->group)); break;
   case APP_PRESSURE: AppCallAt(c->scene, l->path, DemModelAddPressure(c->dem, l->group, &l->table)); break;
   case APP_GRAVITY: AppCallAt(c->scene, l->path, DemModelSetGravity(c->dem, l->gravity)); break;
+  case APP_ABSORB: break; /* refused when it was read */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -187,19 +187,29 @@ static PetscErrorCode ReadMaterial(AppCase *c, AppPart *part)
   PetscCall(GetReal(c->scene, &part->density, "materials.%s.density", part->material));
   PetscCall(ReadElastic(c, part));
   PetscCall(GetReal(c->scene, &part->local_damping, "materials.%s.local_damping", part->material));
-  if (c->method == APP_FEM && part->local_damping > 0) {
+  if (c->method == APP_FEM && c->time != APP_EXPLICIT && part->local_damping > 0) {
     Path(path, "materials.%s.local_damping", part->material);
-    PetscCall(SceneFail(c->scene, path, "local damping belongs to particles; the body '%s' is made of finite elements", part->name));
+    PetscCall(SceneFail(c->scene, path, "local damping acts in explicit runs; give mass_damping or stiffness_damping instead"));
+  }
+  if (c->method == APP_FEM && part->local_damping != c->part[0].local_damping) {
+    Path(path, "materials.%s.local_damping", part->material);
+    PetscCall(SceneFail(c->scene, path, "local damping is one number for all finite elements for now; '%s' and '%s' give two", c->part[0].material, part->material));
   }
   PetscCall(GetReal(c->scene, &part->mass_damping, "materials.%s.mass_damping", part->material));
   Path(path, "materials.%s.mass_damping", part->material);
   if (c->method == APP_DEM && part->mass_damping > 0) {
     PetscCall(SceneFail(c->scene, path, "mass damping is a drag on finite elements; the body '%s' is made of particles alone, give its material local_damping instead", part->name));
   }
-  if (c->is_static && part->mass_damping > 0) PetscCall(SceneFail(c->scene, path, "mass damping needs velocities; a static run has none"));
+  if ((c->is_static || c->time == APP_MODAL) && part->mass_damping > 0) PetscCall(SceneFail(c->scene, path, "mass damping needs velocities; a %s run has none", c->is_static ? "static" : "modal"));
   if (part->mass_damping != c->part[0].mass_damping) {
     PetscCall(SceneFail(c->scene, path, "mass damping is one number for all finite elements for now; '%s' and '%s' give two", c->part[0].material, part->material));
   }
+  PetscCall(GetReal(c->scene, &part->stiffness_damping, "materials.%s.stiffness_damping", part->material));
+  Path(path, "materials.%s.stiffness_damping", part->material);
+  if (part->stiffness_damping > 0 && c->time != APP_IMPLICIT)
+    PetscCall(SceneFail(c->scene, path, "stiffness damping needs time.method: implicit; central differences would have to shorten their step for it, and a static run has no velocities: use mass_damping, or time: {method: implicit}"));
+  if (part->stiffness_damping != c->part[0].stiffness_damping)
+    PetscCall(SceneFail(c->scene, path, "stiffness damping is one number for all finite elements for now; '%s' and '%s' give two", c->part[0].material, part->material));
   PetscCall(ReadRule(c, part));
   PetscCall(ReadStrength(c, part));
   PetscFunctionReturn(PETSC_SUCCESS);

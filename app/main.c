@@ -19,7 +19,7 @@ static const struct {
 } commands[] = {
   {"run",    "SCENE [OPTIONS]", "run a scene",                                                AppRun  },
   {"check",  "SCENE",           "read and check a scene, print the plan; no model is built",  AppCheck},
-  {"new",    "KIND [FILE]",     "a commented scene to start from: elastic, ucs",              AppNew  },
+  {"new",    "KIND [FILE]",     "a commented scene to start from: elastic, ucs, wave",              AppNew  },
   {"pack",   "SCENE",           "only the sphere packing, with its quality report",           AppPack },
   {"info",   "FILE",            "what a result directory, fields.h5 or checkpoint.h5 holds",  AppInfo },
   {"report", "DIR",             "(not covered yet)",                                          Report  },

@@ -19,6 +19,7 @@ static PetscErrorCode Steps(AppCase *c, AppPlan *plan)
   PetscReal end, given = 0;
 
   PetscFunctionBegin;
+  if (c->time == APP_MODAL) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SceneGetReal(c->scene, "time.end", &end));
   if (c->is_static) {
     PetscInt steps;
@@ -40,7 +41,7 @@ static PetscErrorCode Steps(AppCase *c, AppPlan *plan)
 
 static void Seconds(const AppCase *c, AppPlan *plan)
 {
-  if (c->is_static) plan->seconds = plan->dofs * SECONDS_UNKNOWN * (c->dim == 3 ? 1 : 0.2) * (1 + 0.02 * plan->steps) / c->size;
+  if (c->time != APP_EXPLICIT) plan->seconds = plan->dofs * SECONDS_UNKNOWN * (c->dim == 3 ? 1 : 0.2) * (1 + 0.02 * plan->steps) / c->size;
   else if (c->method == APP_FEM) plan->seconds = plan->steps * c->mesh_cost / plan->threads / c->size;
   else if (c->method == APP_COUPLED) plan->seconds = plan->steps * (c->mesh_cost + plan->substeps * plan->bonds * SECONDS_BOND_STEP) / plan->threads;
   else plan->seconds = plan->steps * plan->bonds * SECONDS_BOND_STEP / plan->threads;
@@ -96,12 +97,12 @@ PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
   PetscCall(PetscMemzero(plan, sizeof(*plan)));
   plan->threads  = threads;
   plan->substeps = 1;
-  if (!c->is_static) PetscCall(SceneGetReal(c->scene, "time.safety", &safety));
+  if (c->time == APP_EXPLICIT) PetscCall(SceneGetReal(c->scene, "time.safety", &safety));
   if (c->method != APP_DEM) {
     plan->nodes    = c->mesh_nodes;
     plan->elements = c->mesh_cells;
     plan->dofs     = (PetscReal)c->dim * c->mesh_nodes;
-    plan->bytes    = BYTES_START + plan->nodes * (c->is_static ? BYTES_STATIC_NODE : BYTES_NODE);
+    plan->bytes    = BYTES_START + plan->nodes * (c->time == APP_EXPLICIT ? BYTES_NODE : BYTES_STATIC_NODE);
     stable         = 0.6 * c->mesh_step;
     PetscCall(PetscStrncpy(plan->sets, "estimate: shortest edge / P-wave speed; the run bounds the eigenvalues of the elements", sizeof(plan->sets)));
   }
@@ -153,7 +154,7 @@ PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan)
     plan->bonds     = b;
     plan->walls     = w;
   }
-  if (!c->is_static) {
+  if (c->time == APP_EXPLICIT) {
     PetscCall(SceneGetReal(c->scene, "time.safety", &safety));
     PetscCall(SceneGetReal(c->scene, "time.step", &given));
     PetscCall(c->stepper.stable_step(c->stepper.ctx, &stable)); /* the loop's own */
@@ -193,20 +194,64 @@ static void Expected(FILE *out, PetscReal s)
   else fprintf(out, "about %.1f hours", (double)(s / 3600));
 }
 
+/* "implicit (average acceleration, consistent mass), from the static state" */
+static PetscErrorCode TimeWords(AppCase *c, size_t size, char words[])
+{
+  static const char *const times[] = {"explicit", "static", "implicit", "modal"}; /* AppTime */
+  const char              *mass;
+  char                     more[160];
+  PetscReal                rho;
+  PetscBool                has = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(words, times[c->time], size));
+  if (c->time == APP_IMPLICIT || c->time == APP_MODAL) {
+    PetscCall(SceneGetString(c->scene, "time.mass", &mass));
+    if (c->time == APP_IMPLICIT) PetscCall(SceneHas(c->scene, "time.rho_inf", &has));
+    if (has) {
+      PetscCall(SceneGetReal(c->scene, "time.rho_inf", &rho));
+      PetscCall(BaseFormat(more, " (generalised-alpha, rho_inf %.4g, %s mass)", (double)rho, mass));
+    } else PetscCall(BaseFormat(more, c->time == APP_MODAL ? " (%s mass)" : " (average acceleration, %s mass)", mass));
+    PetscCall(PetscStrlcat(words, more, size));
+  }
+  if (c->preload) PetscCall(PetscStrlcat(words, ", from the static state", size));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How systems are solved, and how often K is factorised; empty when nothing is solved. */
+static PetscErrorCode SolverWords(AppCase *c, PetscReal dofs, size_t size, char words[])
+{
+  PetscBool nearly = PETSC_FALSE;
+  PetscInt  times  = c->preload + (c->time != APP_EXPLICIT);
+
+  PetscFunctionBegin;
+  words[0] = 0;
+  if (!times) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt p = 0; p < c->n_parts; p++)
+    if (c->part[p].poisson > 0.49) nearly = PETSC_TRUE;
+  if (c->time == APP_MODAL || FemSolverIsDirect(c->dim, dofs, nearly))
+    PetscCall(PetscSNPrintf(words, size, "Cholesky (%s), %d factorisation%s%s", c->size == 1 ? "CHOLMOD" : "MUMPS", (int)times, times > 1 ? "s" : "", c->time == APP_EXPLICIT ? " before the first step" : c->time == APP_MODAL ? "" : " for all steps"));
+  else PetscCall(PetscSNPrintf(words, size, "conjugate gradients with multigrid, set up %s", times > 1 ? "twice" : "once"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
 {
+  char            active[256], solver[256];
   const char     *title, *about = p->built ? "" : "about ";
-  const PetscBool sure = p->built || c->is_static ? PETSC_TRUE : PETSC_FALSE;
-  PetscReal       end;
+  const PetscBool sure = p->built || c->time != APP_EXPLICIT ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal       end = 0;
 
   PetscFunctionBegin;
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SceneGetString(c->scene, "title", &title));
-  PetscCall(SceneGetReal(c->scene, "time.end", &end));
+  if (c->time != APP_MODAL) PetscCall(SceneGetReal(c->scene, "time.end", &end));
   fprintf(out, "plan%s%s\n", title[0] ? ": " : "", title);
   fprintf(out, "  space     %s", c->dim == 3 ? "3D" : c->plane_stress ? "2D, plane stress" : "2D, plane strain");
   if (c->dim == 2) fprintf(out, ", %g mm thick", (double)(c->thickness * 1e3));
-  fprintf(out, "\n  active    %s\n", c->method == APP_COUPLED ? "finite elements and bonded particles over an overlap, explicit" : c->method == APP_FEM ? (c->is_static ? "finite elements, static" : "finite elements, explicit") : "bonded particles, explicit");
+  PetscCall(TimeWords(c, sizeof(active), active));
+  PetscCall(SolverWords(c, p->dofs, sizeof(solver), solver));
+  fprintf(out, "\n  active    %s%s\n", c->method == APP_FEM ? "finite elements, " : "", c->method == APP_COUPLED ? "finite elements and bonded particles over an overlap, explicit" : c->method == APP_FEM ? active : "bonded particles, explicit");
   if (c->method != APP_DEM) fprintf(out, "  size      %.0f nodes, %.0f elements, %.0f unknowns\n", (double)p->nodes, (double)p->elements, (double)p->dofs);
   if (c->method != APP_FEM) {
     fprintf(out, "  size      %s%.0f particles, %s%.0f bonds", about, (double)p->particles, about, (double)p->bonds);
@@ -222,18 +267,30 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
     Time(out, p->dt / p->substeps);
     fprintf(out, " in one step of the elements outside\n");
   }
+  if (solver[0]) fprintf(out, "  solver    %s\n", solver);
   fprintf(out, "  loads     %d from conditions, %d tools\n", (int)c->n_loads, (int)c->n_tools);
   fprintf(out, "  memory    %s%.3g MB\n", about, (double)(p->bytes / 1e6));
-  fprintf(out, "  step      %s", sure ? "" : "about ");
-  Time(out, p->dt);
-  fprintf(out, "  (%s)\n", p->sets);
-  if (p->critical > 0) {
-    fprintf(out, "  critical  ");
-    Time(out, p->critical);
-    fprintf(out, "  (2/omega_max by power iteration)\n");
+  if (c->time == APP_MODAL) {
+    PetscInt  modes;
+    PetscReal shift;
+
+    PetscCall(SceneGetInt(c->scene, "time.modes", &modes));
+    PetscCall(SceneGetReal(c->scene, "time.shift", &shift));
+    fprintf(out, "  modes     %d, ", (int)modes);
+    if (shift > 0) fprintf(out, "nearest %.6g Hz", (double)shift);
+    else fprintf(out, "the lowest");
+  } else {
+    fprintf(out, "  step      %s", sure ? "" : "about ");
+    Time(out, p->dt);
+    fprintf(out, "  (%s)\n", p->sets);
+    if (p->critical > 0) {
+      fprintf(out, "  critical  ");
+      Time(out, p->critical);
+      fprintf(out, "  (2/omega_max by power iteration)\n");
+    }
+    fprintf(out, "  steps     %s%.0f to ", sure ? "" : "about ", (double)p->steps);
+    Time(out, end);
   }
-  fprintf(out, "  steps     %s%.0f to ", sure ? "" : "about ", (double)p->steps);
-  Time(out, end);
   fprintf(out, "\n  expected  ");
   Expected(out, p->seconds);
   fprintf(out, " on %d thread%s%s\n", (int)p->threads, p->threads > 1 ? "s" : "", c->size > 1 ? " a rank" : "");
@@ -242,9 +299,15 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
 
 PetscErrorCode AppPlanJson(AppCase *c, const AppPlan *p, Json *json)
 {
+  char active[256], solver[256];
+
   PetscFunctionBegin;
+  PetscCall(BaseFormat(active, "fem "));
+  PetscCall(TimeWords(c, sizeof(active) - 4, active + 4));
+  PetscCall(SolverWords(c, p->dofs, sizeof(solver), solver));
   PetscCall(JsonBeginObject(json, "plan"));
-  PetscCall(JsonString(json, "active", c->method == APP_COUPLED ? "coupled explicit" : c->method == APP_FEM ? (c->is_static ? "fem static" : "fem explicit") : "dem explicit"));
+  PetscCall(JsonString(json, "active", c->method == APP_COUPLED ? "coupled explicit" : c->method == APP_FEM ? active : "dem explicit"));
+  if (solver[0]) PetscCall(JsonString(json, "solver", solver));
   PetscCall(JsonBool(json, "estimated", p->built ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(JsonInt(json, "dimension", c->dim));
   if (c->method != APP_DEM) {

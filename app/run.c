@@ -106,8 +106,8 @@ static PetscErrorCode GetRunOptions(AppCase *c, const AppOptions *options, const
   run->safety       = 1;
   run->step         = given > 0 || c->is_static ? plan->dt : 0; /* 0: the loop takes safety x stable, as the plan says */
   run->ledger_bound = 0.05;
+  if (c->time == APP_EXPLICIT) PetscCall(SceneGetReal(c->scene, "time.safety", &run->safety));
   if (!c->is_static) {
-    PetscCall(SceneGetReal(c->scene, "time.safety", &run->safety));
     PetscCall(SceneGetReal(c->scene, "time.stop_unbalanced", &run->unbalanced_stop));
   }
   PetscCall(SceneGetReal(c->scene, "output.history.every", &run->history_every));
@@ -220,6 +220,35 @@ static PetscErrorCode Plots(AppCase *c, const char *directory, AppEnd *end)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A run without steps: what to write is known at once. */
+static PetscErrorCode RunModes(AppCase *c, const AppOptions *options, const AppPlan *plan, int *exit_code)
+{
+  AppEnd end = {.state = "done"};
+  Output output;
+  char   directory[PETSC_MAX_PATH_LEN], path[PETSC_MAX_PATH_LEN];
+
+  PetscFunctionBegin;
+  BaseCheckInput(!options->resume, c->comm, "A modal run has no steps to resume; run it without --resume");
+  PetscCall(AppOutputDirectory(options, sizeof(directory), directory));
+  PetscCall(OutputCreate(c->comm, directory, PETSC_FALSE, &output));
+  PetscCall(SetFieldNames(c, output));
+  PetscCall(BaseFormat(path, "%s/resolved.yaml", directory));
+  PetscCall(SceneWriteResolved(c->scene, path));
+  PetscCall(AppModal(c, output, directory, options->quiet));
+  PetscCall(OutputDestroy(&output));
+  if (!options->no_plots && !c->rank) { /* a picture of the last mode */
+    static const char *const last = "{\"kind\": \"last\"}";
+    PetscBool                ran;
+
+    PetscCall(AppPython("base/plot.py", directory, 1, &last, &ran));
+    if (!ran) PetscCall(PetscStrncpy(end.warning[end.n_warnings++], "the picture is missing: see the messages of base/plot.py", sizeof(end.warning[0])));
+  }
+  PetscCall(AppSummaryWrite(c, plan, NULL, &end, directory));
+  if (!options->quiet && !c->rank) printf("%s: results in %s\n", end.state, directory);
+  *exit_code = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static const char *EndWord(const AppOptions *options, const RunSummary *run, int *exit_code)
 {
   *exit_code = 0;
@@ -281,6 +310,12 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   PetscCall(AppThreads(c.comm, options->threads, &threads));
   PetscCall(AppCaseBuild(&c, threads));
   PetscCall(AppPlanFromModels(&c, threads, &plan));
+  if (c.time == APP_MODAL) {
+    if (!options->quiet) PetscCall(AppPlanPrint(&c, &plan, stdout));
+    PetscCall(RunModes(&c, options, &plan, exit_code));
+    PetscCall(AppCaseDestroy(&c));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(AppStamp(&c, &stamp));
   PetscCall(GetRunOptions(&c, options, &plan, &run_options));
   if (!options->quiet) PetscCall(AppPlanPrint(&c, &plan, stdout));
@@ -337,14 +372,14 @@ PetscErrorCode AppCheck(const AppOptions *options, int *exit_code)
   PetscFunctionBegin;
   PetscCall(AppCaseRead(PETSC_COMM_WORLD, options, &c));
   PetscCall(AppThreads(c.comm, options->threads, &threads));
-  if (!c.is_static) PetscCall(SceneGetReal(c.scene, "time.step", &given));
-  if (given > 0) {
+  if (c.time == APP_EXPLICIT) PetscCall(SceneGetReal(c.scene, "time.step", &given));
+  if (given > 0 && c.time == APP_EXPLICIT) {
     PetscCall(AppCaseBuild(&c, threads));
     PetscCall(AppPlanFromModels(&c, threads, &plan));
   } else PetscCall(AppPlanEstimate(&c, threads, &plan));
   PetscCall(AppPlanPrint(&c, &plan, stdout));
   PetscCall(AppCountsPrint(&c, stdout));
-  if (given > 0 && !c.rank) printf("  note      time.step is given: the model was built to hold it against the critical step\n");
+  if (given > 0 && c.time == APP_EXPLICIT && !c.rank) printf("  note      time.step is given: the model was built to hold it against the critical step\n");
   if (!c.rank) printf("%s: no faults found\n", options->word[0]);
   *exit_code = 0;
   PetscCall(AppCaseDestroy(&c));

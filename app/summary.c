@@ -68,11 +68,32 @@ static PetscErrorCode ClassPrint(const char *name, int made, void *out)
   return PETSC_SUCCESS;
 }
 
+/* How often PETSC has factorised a matrix so far, from its own log. */
+static PetscErrorCode Factorisations(PetscInt *count)
+{
+  static const char *const names[] = {"MatCholFctrNum", "MatLUFactorNum"};
+
+  PetscFunctionBegin;
+  *count = 0;
+  for (int k = 0; k < 2; k++) {
+    PetscLogEvent      event;
+    PetscEventPerfInfo info;
+
+    PetscCall(PetscLogEventGetId(names[k], &event));
+    if (event < 0) continue;
+    PetscCall(PetscLogEventGetPerfInfo(PETSC_DETERMINE, event, &info));
+    *count += info.count;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AppCountsJson(AppCase *c, Json *json)
 {
   FemReadings readings = {0};
+  PetscInt    factorisations;
 
   PetscFunctionBegin;
+  PetscCall(Factorisations(&factorisations));
   if (c->fem) PetscCall(FemModelGetReadings(c->fem, &readings));
   PetscCall(JsonBeginObject(json, "constructed"));
   PetscCall(JsonInt(json, "FemModel", c->made_fem));
@@ -83,6 +104,7 @@ PetscErrorCode AppCountsJson(AppCase *c, Json *json)
   PetscCall(JsonInt(json, "DemCells", c->made_cells));
   PetscCall(JsonInt(json, "StressRecoveries", readings.recoveries));
   PetscCall(JsonInt(json, "StressPatches", readings.patches));
+  PetscCall(JsonInt(json, "factorisations", factorisations));
   PetscCall(JsonBeginObject(json, "petsc"));
   PetscCall(EachClass(ClassJson, json));
   PetscCall(JsonEnd(json));
@@ -193,6 +215,11 @@ PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary
   if (c->dem) PetscCall(ContactJson(c, &json));
   if (run) PetscCall(RunJson(c, run, &json));
   if (run) PetscCall(AppSwitchesJson(c, &json));
+  if (c->n_modes) {
+    PetscCall(JsonBeginArray(&json, "frequencies_Hz"));
+    for (PetscInt k = 0; k < c->n_modes; k++) PetscCall(JsonReal(&json, NULL, c->frequency[k]));
+    PetscCall(JsonEnd(&json));
+  }
 
   PetscCall(JsonBeginObject(&json, "seconds"));
   for (PetscInt k = 0; k < c->clock.n; k++) PetscCall(JsonReal(&json, c->clock.name[k], c->clock.seconds[k]));

@@ -389,6 +389,32 @@ static SceneNode BodyOf(SceneNode node)
   return node && node->parent ? node : NULL;
 }
 
+static const struct {
+  unsigned    flag;
+  const char *word;
+} times[] = {
+  {SCENE_STATIC,   "static"  },
+  {SCENE_EXPLICIT, "explicit"},
+  {SCENE_IMPLICIT, "implicit"},
+  {SCENE_MODAL,    "modal"   }
+};
+
+void SceneTimeWords(unsigned flags, size_t size, char words[])
+{
+  int left = 0, done = 0;
+
+  words[0] = 0;
+  for (int k = 0; k < 4; k++) left += (flags & times[k].flag) != 0;
+  for (int k = 0; k < 4; k++)
+    if (flags & times[k].flag) {
+      const size_t used = strlen(words);
+
+      left--;
+      snprintf(words + used, size - used, "%s%s", done ? left ? ", " : " or " : "", times[k].word);
+      done++;
+    }
+}
+
 const char *SceneKeyMisplaced(Scene scene, SceneNode parent, const SceneKey *row)
 {
   const SceneNode method = SceneNodeChild(BodyOf(parent), "method");
@@ -397,8 +423,15 @@ const char *SceneKeyMisplaced(Scene scene, SceneNode parent, const SceneKey *row
   if ((row->flags & SCENE_3D) && scene->dimension == 2) return "belongs to dimension: 3, and this scene has dimension: 2";
   if ((row->flags & SCENE_FEM) && SceneNodeIs(method, "dem")) return "belongs to method: fem, and this body has method: dem";
   if ((row->flags & SCENE_DEM) && SceneNodeIs(method, "fem")) return "belongs to method: dem, and this body has method: fem";
-  if ((row->flags & SCENE_STATIC) && scene->is_static == 0) return "belongs to time.method: static, and this run is explicit";
-  if ((row->flags & SCENE_EXPLICIT) && scene->is_static == 1) return "belongs to time.method: explicit, and this run is static";
+  if ((row->flags & SCENE_TIMES) && scene->time && !(row->flags & scene->time)) {
+    static char why[256];
+    char        wanted[96], given[32];
+
+    SceneTimeWords(row->flags, sizeof(wanted), wanted);
+    SceneTimeWords(scene->time, sizeof(given), given);
+    snprintf(why, sizeof(why), "belongs to time.method: %s, and this run is %s", wanted, given);
+    return why;
+  }
   return NULL;
 }
 
@@ -555,6 +588,9 @@ PetscErrorCode SceneCheck(Scene scene)
 
   PetscFunctionBegin;
   scene->dimension = !dimension || SceneNodeIs(dimension, "3") ? 3 : SceneNodeIs(dimension, "2") ? 2 : 0;
+  scene->time      = !method ? SCENE_EXPLICIT : 0;
+  for (int k = 0; k < 4; k++)
+    if (SceneNodeIs(method, times[k].word)) scene->time = times[k].flag;
   scene->is_static = !method || SceneNodeIs(method, "explicit") ? 0 : SceneNodeIs(method, "static") ? 1 : -1;
   PetscCall(SceneCheckNode(scene, scene->root, SceneKeyRow(0)));
   PetscFunctionReturn(PETSC_SUCCESS);

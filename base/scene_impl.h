@@ -30,12 +30,15 @@ enum {
   SCENE_FILL     = 1 << 4,  /* a section that counts, with its defaults, even when not written */
   SCENE_OR_FILE  = 1 << 5,  /* a map, or the name of a file */
   SCENE_EMPTY    = 1 << 6,  /* text: may be "" */
-  SCENE_2D       = 1 << 7,  /* only with dimension: 2, 3, method: fem, dem, time.method: static, explicit */
+  SCENE_2D       = 1 << 7,  /* only with dimension: 2, 3, method: fem, dem; several of time.method: static, explicit, implicit, modal */
   SCENE_3D       = 1 << 8,
   SCENE_FEM      = 1 << 9,
   SCENE_DEM      = 1 << 10,
   SCENE_STATIC   = 1 << 11,
-  SCENE_EXPLICIT = 1 << 12
+  SCENE_EXPLICIT = 1 << 12,
+  SCENE_IMPLICIT = 1 << 13,
+  SCENE_MODAL    = 1 << 14,
+  SCENE_TIMES    = SCENE_STATIC | SCENE_EXPLICIT | SCENE_IMPLICIT | SCENE_MODAL
 };
 
 typedef struct {
@@ -95,6 +98,7 @@ struct _p_Scene {
   char      *file;
   PetscInt   dimension;    /* 0 while unknown */
   PetscInt   is_static;    /* time.method; -1 while unknown */
+  unsigned   time;         /* time.method as its flag, SCENE_STATIC ..; 0 while unknown */
   SceneNode  root;         /* a map */
   SceneNode  spare;        /* defaults asked for in sections that are not there; a list */
   PetscInt   n_sets;
@@ -129,6 +133,9 @@ PetscErrorCode SceneCheckNode(Scene scene, SceneNode node, const SceneKey *row);
 PetscErrorCode SceneRules(Scene scene); /* what needs more than one key */
 PetscErrorCode SceneFill(Scene scene);  /* add the defaults that count */
 PetscErrorCode SceneDefaultNode(Scene scene, const SceneKey *row, SceneNode parent, SceneNode *node); /* a row's default, appended to parent */
+
+/* "explicit", or "explicit or implicit": the methods of time among flags. */
+void SceneTimeWords(unsigned flags, size_t size, char words[]);
 
 /* Why a row does not apply at this place; NULL when it does or when that is unknown. parent: the section's node. */
 const char *SceneKeyMisplaced(Scene scene, SceneNode parent, const SceneKey *row);

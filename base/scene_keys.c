@@ -27,12 +27,17 @@ static const SceneKey keys[] = {
   {"thickness",                                SCENE_REAL,   "m",     "1 m",       POSITIVE,     NULL, "2.7", "out of the plane", SCENE_2D},
 
   {"time",                                     SCENE_MAP,    "",      NULL,        NULL,         NULL, "1",   "how long the run is and how it steps", SCENE_REQUIRED},
-  {"time.end",                                 SCENE_REAL,   "s",     NULL,        POSITIVE,     NULL, "-",   "the run starts at 0 and stops here; a static run applies the loads of this time", SCENE_REQUIRED},
-  {"time.method",                              SCENE_CHOICE, "",      "explicit",  NULL,         "explicit static", "1.1, 2.14", "explicit: central differences; static: equilibrium without inertia, FEM only", 0},
+  {"time.end",                                 SCENE_REAL,   "s",     NULL,        POSITIVE,     NULL, "-",   "the run starts at 0 and stops here; a static run applies the loads of this time", SCENE_REQUIRED | SCENE_STATIC | SCENE_EXPLICIT | SCENE_IMPLICIT},
+  {"time.method",                              SCENE_CHOICE, "",      "explicit",  NULL,         "explicit static implicit modal", "1.1, 2.14, 2.51, 2.65", "explicit: central differences; finite elements alone: static: equilibrium without inertia; implicit: Newmark or generalised-alpha; modal: eigenfrequencies", 0},
   {"time.steps",                               SCENE_INT,    "-",     "1",         "[1, 1e9]",   NULL, "2.14",   "load steps of a static run", SCENE_STATIC},
-  {"time.step",                                SCENE_REAL,   "s",     "auto",      POSITIVE,     NULL, "1.1",   "time step; auto: safety times the largest stable one", SCENE_AUTO | SCENE_EXPLICIT},
+  {"time.step",                                SCENE_REAL,   "s",     "auto",      POSITIVE,     NULL, "1.1",   "time step; auto: safety times the largest stable one; an implicit run needs it", SCENE_AUTO | SCENE_EXPLICIT | SCENE_IMPLICIT},
   {"time.safety",                              SCENE_REAL,   "-",     "0.9",       "(0, 1]",     NULL, "2.13, 4.14",   "step / stable step when the step is auto", SCENE_EXPLICIT},
-  {"time.stop_unbalanced",                     SCENE_REAL,   "-",     "0",         NOT_NEGATIVE, NULL, "1",   "stop when the mean unbalanced force falls below this fraction of the mean force; 0: never", SCENE_EXPLICIT},
+  {"time.stop_unbalanced",                     SCENE_REAL,   "-",     "0",         NOT_NEGATIVE, NULL, "1",   "stop when the mean unbalanced force falls below this fraction of the mean force; 0: never", SCENE_EXPLICIT | SCENE_IMPLICIT},
+  {"time.preload",                             SCENE_CHOICE, "",      "none",      NULL,         "none static", "2.58", "static: the run begins at rest in equilibrium with the loads and supports of time 0; finite elements alone", SCENE_EXPLICIT | SCENE_IMPLICIT},
+  {"time.rho_inf",                             SCENE_REAL,   "-",     NULL,        "[0, 1]",     NULL, "2.52",   "generalised-alpha with this spectral radius at high frequency; without it Newmark's average acceleration, which damps nothing", SCENE_IMPLICIT},
+  {"time.mass",                                SCENE_CHOICE, "",      "consistent", NULL,        "consistent lumped", "2.50", "mass of the elements; explicit runs lump it", SCENE_IMPLICIT | SCENE_MODAL},
+  {"time.modes",                               SCENE_INT,    "-",     "10",        "[1, 1000]",  NULL, "2.65",   "how many eigenfrequencies, rigid motions of a free body included", SCENE_MODAL},
+  {"time.shift",                               SCENE_REAL,   "1/s",   "auto",      NOT_NEGATIVE, NULL, "2.66",   "frequencies nearest this one (write Hz); auto: the lowest", SCENE_AUTO | SCENE_MODAL},
 
   {"materials",                                SCENE_NAMES,  "",      NULL,        NULL,         NULL, "-",   "materials by name", SCENE_REQUIRED},
   {"materials.*",                              SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "a material", 0},
@@ -83,7 +88,8 @@ static const SceneKey keys[] = {
   {"materials.*.softening.bilinear.knee_opening", SCENE_REAL, "-",    NULL,        POSITIVE,     NULL, "4.22", "opening at the knee / (fracture energy / tensile strength)", SCENE_REQUIRED},
   {"materials.*.expansion",                    SCENE_REAL,   "1/K",   "0 1/K",     NULL,         NULL, "2.77",  "linear thermal expansion, finite elements", 0},
   {"materials.*.local_damping",                SCENE_REAL,   "-",     "0",         "[0, 1)",     NULL, "5.3",   "non-viscous damping of particles: fraction of the unbalanced force", 0},
-  {"materials.*.mass_damping",                 SCENE_REAL,   "1/s",   "0 1/s",     NOT_NEGATIVE, NULL, "2.17",  "drag of finite elements, explicit: force / (mass x velocity)", 0},
+  {"materials.*.mass_damping",                 SCENE_REAL,   "1/s",   "0 1/s",     NOT_NEGATIVE, NULL, "2.17",  "drag of finite elements, explicit and implicit: force / (mass x velocity)", 0},
+  {"materials.*.stiffness_damping",            SCENE_REAL,   "s",     "0 s",       NOT_NEGATIVE, NULL, "2.51",  "viscous stress of finite elements, implicit: stress of the strain rate x this time", 0},
 
   {"bodies",                                   SCENE_NAMES,  "",      NULL,        NULL,         NULL, "-",   "bodies by name", SCENE_REQUIRED},
   {"bodies.*",                                 SCENE_MAP,    "",      NULL,        NULL,         NULL, "-",   "a body", 0},
@@ -133,7 +139,7 @@ static const SceneKey keys[] = {
   {"bodies.*.temperature.origin",              SCENE_VECTOR, "m",     "[0, 0]|[0, 0, 0]", NULL,  NULL, "2.77",  "where the gradient adds nothing", 0},
   {"bodies.*.temperature.gradient",            SCENE_MAP,    "",      NULL,        NULL,         NULL, "2.77",  "a rise linear in place, added to the uniform one", 0},
   XYZ("bodies.*.temperature.gradient",                       "K/m",   NULL, "2.77", "gradient", 0),
-  {"bodies.*.initial_velocity",                SCENE_VECTOR, "m/s",   "[0, 0]|[0, 0, 0]", NULL,  NULL, "-",   "of the whole body", SCENE_EXPLICIT},
+  {"bodies.*.initial_velocity",                SCENE_VECTOR, "m/s",   "[0, 0]|[0, 0, 0]", NULL,  NULL, "-",   "of the whole body", SCENE_EXPLICIT | SCENE_IMPLICIT},
 
   {"tools",                                    SCENE_NAMES,  "",      NULL,        NULL,         NULL, "5.50", "rigid bodies that meet particles, by name", 0},
   {"tools.*",                                  SCENE_MAP,    "",      NULL,        NULL,         NULL, "5.50", "a rigid body", 0},
@@ -208,6 +214,7 @@ static const SceneKey keys[] = {
   XYZ("conditions[].force",                                  "N",     NULL, "2.75", "force", 0),
   {"conditions[].line_load",                   SCENE_MAP,    "",      NULL,        NULL,         NULL, "2.75",  "force per length of a group of lines", 0},
   XYZ("conditions[].line_load",                              "N/m",   NULL, "2.75", "force per length", 0),
+  {"conditions[].absorb",                      SCENE_BOOL,   "",      NULL,        NULL,         NULL, "2.60",   "true: the side lets waves out (finite elements)", SCENE_EXPLICIT | SCENE_IMPLICIT},
   {"conditions[].gravity",                     SCENE_VECTOR, "m/s2",  NULL,        NULL,         NULL, "2.8",   "acts on every body; stands alone, without group", 0},
 
   {"contact",                                  SCENE_MAP,    "",      NULL,        NULL,         NULL, "5.20",   "how particles that are not bonded meet; without it they pass through each other", 0},

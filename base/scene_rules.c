@@ -52,6 +52,26 @@ static PetscInt ShapeGroups(Scene scene, SceneNode body, const char *groups[GROU
   return n;
 }
 
+/* ---- time ---- */
+
+static const char *TimeWord(Scene scene)
+{
+  static char word[32];
+
+  SceneTimeWords(scene->time, sizeof(word), word);
+  return word;
+}
+
+static PetscErrorCode CheckTime(Scene scene, SceneNode time)
+{
+  const SceneNode step = SceneNodeChild(time, "step");
+
+  PetscFunctionBegin;
+  if (scene->time != SCENE_IMPLICIT || !time || time->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!step || SceneNodeIs(step, "auto")) PetscCall(SceneFaultKey(scene, step ? step : time, "an implicit run has no largest stable step to choose from; add step, a twentieth of the shortest period that matters, e.g. step: 10 us"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* ---- bodies ---- */
 
 static PetscErrorCode CheckUsedMaterial(Scene scene, SceneNode body)
@@ -124,12 +144,14 @@ static PetscErrorCode CheckBody(Scene scene, SceneNode body)
   if (SceneNodeIs(method, "coupled")) {
     const SceneNode geometry = SceneNodeChild(body, "geometry"), dem = SceneNodeChild(body, "dem");
 
-    if (scene->is_static == 1) PetscCall(SceneFaultValue(scene, method, "time.method is static, and a coupled body steps explicitly: write time: {method: explicit}"));
+    if (scene->time & ~SCENE_EXPLICIT) PetscCall(SceneFaultValue(scene, method, "time.method is %s, and a coupled body steps explicitly: write time: {method: explicit}", TimeWord(scene)));
     if (geometry && geometry->kind == NODE_MAP) PetscCall(SceneFaultKey(scene, geometry, "a coupled body needs a geometry file with a physical group for its particles; built-in shapes have none"));
     if (dem && dem->kind == NODE_MAP && !SceneNodeChild(dem, "group")) PetscCall(SceneFaultKey(scene, dem, "dem has no group; name the physical group that becomes particles, e.g. group: ligament"));
   } else if (SceneNodeChild(SceneNodeChild(body, "dem"), "group"))
     PetscCall(SceneFaultKey(scene, SceneNodeChild(SceneNodeChild(body, "dem"), "group"), "dem.group belongs to method: coupled; for a body of particles alone write group beside geometry"));
-  if (scene->is_static == 1 && SceneNodeIs(method, "dem")) PetscCall(SceneFaultValue(scene, method, "time.method is static, and static needs a fem body; body '%.60s' is dem: write time: {method: explicit}", body->key));
+  if ((scene->time & ~SCENE_EXPLICIT) && SceneNodeIs(method, "dem")) PetscCall(SceneFaultValue(scene, method, "time.method is %s, and %s needs a fem body; body '%.60s' is dem: write time: {method: explicit}", TimeWord(scene), TimeWord(scene), body->key));
+  if (SceneNodeIs(SceneNodeChild(SceneNodeChild(scene->root, "time"), "preload"), "static") && (SceneNodeIs(method, "dem") || SceneNodeIs(method, "coupled")))
+    PetscCall(SceneFaultValue(scene, method, "time.preload: static needs a fem body; body '%.60s' is %s: let the load grow slowly instead", body->key, method->text));
   if (file && file->good) {
     static const char *const made[] = {"spread", "seed"};
 
@@ -318,7 +340,7 @@ static PetscErrorCode CheckMotions(Scene scene, SceneNode condition, PetscInt in
 
 static PetscErrorCode CheckCondition(Scene scene, SceneNode condition, PetscInt index)
 {
-  static const char *const acts[] = {"fix", "symmetry", "velocity", "displacement", "traction", "pressure", "force", "line_load"};
+  static const char *const acts[] = {"fix", "symmetry", "velocity", "displacement", "traction", "pressure", "force", "line_load", "absorb"};
   const SceneNode          group = SceneNodeChild(condition, "group"), body = SceneNodeChild(condition, "body"), gravity = SceneNodeChild(condition, "gravity"), fix = SceneNodeChild(condition, "fix"),
                   bodies = SceneNodeChild(scene->root, "bodies");
   PetscBool body_good = PETSC_TRUE;
@@ -326,10 +348,10 @@ static PetscErrorCode CheckCondition(Scene scene, SceneNode condition, PetscInt 
 
   PetscFunctionBegin;
   if (condition->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < 8; k++) {
+  for (PetscInt k = 0; k < 9; k++) {
     const SceneNode act = SceneNodeChild(condition, acts[k]);
 
-    if (!act) continue;
+    if (!act || SceneNodeIs(act, "false")) continue;
     n++;
     if (act->kind == NODE_MAP && !act->n) PetscCall(SceneFaultKey(scene, act, "%s is empty; name a component, e.g. %s: {y: ...}", acts[k], acts[k]));
     if (act->kind == NODE_LIST && !act->n) PetscCall(SceneFaultValue(scene, act, "%s is empty; name a component, e.g. %s: [x, y]", acts[k], acts[k]));
@@ -338,7 +360,7 @@ static PetscErrorCode CheckCondition(Scene scene, SceneNode condition, PetscInt 
   if (gravity && group) PetscCall(SceneFaultKey(scene, group, "gravity acts on every body; take the group out"));
   if (gravity && body) PetscCall(SceneFaultKey(scene, body, "gravity acts on every body; take the body out"));
   if (gravity) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!n) PetscCall(SceneFaultKey(scene, condition, "conditions[%d] does nothing; give one of fix, symmetry, velocity, displacement, traction, pressure, force, line_load, gravity", (int)index));
+  if (!n) PetscCall(SceneFaultKey(scene, condition, "conditions[%d] does nothing; give one of fix, symmetry, velocity, displacement, traction, pressure, force, line_load, absorb, gravity", (int)index));
   if (n && !group) PetscCall(SceneFaultKey(scene, condition, "conditions[%d] has no 'group'; name the group it acts on", (int)index));
   if (fix && scene->dimension == 2) {
     if (SceneNodeIs(fix, "z")) PetscCall(SceneFaultValue(scene, fix, "fix: z, but the scene has dimension: 2; allowed: x, y, all"));
@@ -528,6 +550,7 @@ PetscErrorCode SceneRules(Scene scene)
   PetscInt        i = 0;
 
   PetscFunctionBegin;
+  PetscCall(CheckTime(scene, SceneNodeChild(root, "time")));
   if (bodies && bodies->kind == NODE_MAP) {
     const SceneNode coupling = SceneNodeChild(scene->root, "coupling");
     PetscBool       coupled = PETSC_FALSE;

@@ -235,10 +235,9 @@ static void WriteRow(FILE *out, const SceneKey *key)
     {SCENE_2D,       " Only with `dimension: 2`."      },
     {SCENE_3D,       " Only with `dimension: 3`."      },
     {SCENE_FEM,      " Only with `method: fem`."       },
-    {SCENE_DEM,      " Only with `method: dem`."       },
-    {SCENE_STATIC,   " Only with `time.method: static`."},
-    {SCENE_EXPLICIT, " Only with `time.method: explicit`."}
+    {SCENE_DEM,      " Only with `method: dem`."       }
   };
+  char words[96];
 
   fprintf(out, "| `%s` | ", key->path);
   WriteType(out, key);
@@ -249,6 +248,8 @@ static void WriteRow(FILE *out, const SceneKey *key)
   fprintf(out, " | %s | %s.", key->equation, key->help);
   for (size_t k = 0; k < sizeof(notes) / sizeof(notes[0]); k++)
     if (key->flags & notes[k].flag) fprintf(out, "%s", notes[k].words);
+  SceneTimeWords(key->flags, sizeof(words), words);
+  if (words[0]) fprintf(out, " Only with `time.method`: %s.", words);
   fprintf(out, " |\n");
 }
 

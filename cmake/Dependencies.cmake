@@ -9,6 +9,7 @@ endif()
 pkg_check_modules(PETSC REQUIRED IMPORTED_TARGET PETSc>=3.18)
 find_package(LAPACK REQUIRED) # small eigenvalue problems call it through petscblaslapack.h; PETSc's .pc leaves it private
 target_link_libraries(PkgConfig::PETSC INTERFACE ${LAPACK_LIBRARIES})
+pkg_check_modules(SLEPC IMPORTED_TARGET slepc) # eigenfrequencies (time.method: modal); a build without it refuses them by name
 pkg_search_module(HDF5 REQUIRED IMPORTED_TARGET hdf5-openmpi hdf5-mpi)
 pkg_check_modules(YAML REQUIRED IMPORTED_TARGET yaml-0.1)
 pkg_check_modules(UDUNITS REQUIRED IMPORTED_TARGET udunits)

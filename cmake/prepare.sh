@@ -11,7 +11,7 @@ cleave_missing() {
   command -v dpkg-query >/dev/null || return 0
   local wanted
   wanted=$(sed -e 's/[[:space:]]*#.*//' -e '/^$/d' "$1")
-  [ -z "${PETSC_DIR:-}" ] || wanted=$(grep -vx petsc-dev <<<"$wanted")
+  [ -z "${PETSC_DIR:-}" ] || wanted=$(grep -vxE "petsc-dev|slepc-dev" <<<"$wanted")
   # shellcheck disable=SC2086 # one word per package
   comm -23 <(sort <<<"$wanted") \
     <(dpkg-query -W -f='${db:Status-Status} ${Package}\n' $wanted 2>/dev/null | sed -n 's/^installed //p' | sort) | tr '\n' ' '

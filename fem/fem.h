@@ -7,7 +7,7 @@
 typedef struct _p_FemModel *FemModel; /* fields live in fem_impl.h */
 
 typedef enum { FEM_SOLID, FEM_PLANE_STRAIN, FEM_PLANE_STRESS } FemKind;
-typedef enum { FEM_STATIC, FEM_EXPLICIT } FemMethod;
+typedef enum { FEM_STATIC, FEM_EXPLICIT, FEM_IMPLICIT, FEM_MODAL } FemMethod;
 typedef enum { FEM_DISPLACEMENT, FEM_VELOCITY } FemMotion;
 typedef enum { FEM_ENHANCED, FEM_FULL } FemElement; /* quad4 and hex8: free of locking, or plain with full integration */
 
@@ -56,7 +56,15 @@ PetscErrorCode FemModelSetInitialStress(FemModel model, const char *group, const
 PetscErrorCode FemModelSetExpansion(FemModel model, const char *group, PetscReal expansion);
 PetscErrorCode FemModelAddTemperature(FemModel model, const char *group, const PetscReal field[4], const Table *table);
 PetscErrorCode FemModelSetInitialVelocity(FemModel model, const PetscReal velocity[3]);
-PetscErrorCode FemModelSetDamping(FemModel model, PetscReal alpha); /* mass-proportional, [1/s]; explicit only */
+PetscErrorCode FemModelSetDamping(FemModel model, PetscReal alpha); /* mass-proportional, [1/s]; explicit, implicit */
+PetscErrorCode FemModelSetStiffnessDamping(FemModel model, PetscReal beta); /* C = beta K, [s]; implicit only */
+/* Generalised-alpha with this spectral radius at high frequency, in [0, 1]; < 0 (unless set): Newmark's average acceleration. Mass
+   consistent, or lumped. Eqs (2.50)-(2.52) */
+PetscErrorCode FemModelSetImplicit(FemModel model, PetscReal rho_inf, PetscBool lumped);
+/* Dynamics that begin at rest in static equilibrium with the loads and supports of t = 0. Eq. (2.58) */
+PetscErrorCode FemModelSetPreload(FemModel model, PetscBool preload);
+/* A facet group that lets waves out: dashpots rho c_p and rho c_s of the material behind it. Eqs (2.60)-(2.62) */
+PetscErrorCode FemModelAddAbsorber(FemModel model, const char *group);
 PetscErrorCode FemModelSetLocalDamping(FemModel model, PetscReal alpha); /* non-viscous, in [0, 1), eq. (5.3); explicit only */
 PetscErrorCode FemModelGetLocalDamping(FemModel model, PetscReal *alpha);
 PetscErrorCode FemModelSetThreads(FemModel model, PetscInt threads);
@@ -79,6 +87,8 @@ PetscErrorCode FemModelSetCellWeights(FemModel model, const PetscReal weight[]);
 PetscErrorCode FemModelSetExtraMass(FemModel model, const PetscReal mass[]);
 
 PetscErrorCode FemModelSetUp(FemModel model);
+/* Static and implicit: is a body of so many unknowns solved by a Cholesky factor (or by conjugate gradients with multigrid)? */
+PetscBool FemSolverIsDirect(PetscInt dim, PetscReal dofs, PetscBool nearly_incompressible);
 
 /* Explicit: 2/omega_max by power iteration to 1 %, and the rigorous element bound that never exceeds it.
    Static: PETSC_MAX_REAL. Eq. (2.12). sets: which element sets it, for the plan. */

@@ -11,7 +11,7 @@
 #include <petscblaslapack.h>
 
 /* splitmix64 of a global number: the same start vector on any number of ranks. */
-static PetscReal Scatter(PetscInt64 number)
+PetscReal FemNoise(PetscInt64 number)
 {
   unsigned long long z = (unsigned long long)number * 0x9E3779B97F4A7C15ull + 0x9E3779B97F4A7C15ull;
 
@@ -71,7 +71,7 @@ PetscErrorCode FemModelGetStableStep(FemModel model, PetscReal *dt)
   PetscFunctionBegin;
   PetscCheck(model && model->ready, PETSC_COMM_SELF, PETSC_ERR_ORDER, "Call FemModelSetUp() first");
   if (model->method == FEM_EXPLICIT && !(model->bound > 0)) PetscCall(FemBoundStep(model));
-  *dt = model->method == FEM_STATIC ? PETSC_MAX_REAL : model->bound;
+  *dt = model->method == FEM_EXPLICIT ? model->bound : PETSC_MAX_REAL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -115,7 +115,7 @@ static PetscErrorCode LargestEigenvalue(FemModel model, PetscReal tolerance, Pet
   PetscCall(PetscMalloc5(n, &scale, n, &q, n, &q_old, n, &r, model->n_loc * model->dim, &y));
   for (PetscInt k = 0; k < n; k++) {
     scale[k] = model->fixed[k] >= 0 ? 0 : 1 / PetscSqrtReal(model->mass[k / model->dim]);
-    q[k]     = scale[k] > 0 ? Scatter((PetscInt64)model->gid[k / model->dim] * model->dim + k % model->dim) : 0;
+    q[k]     = scale[k] > 0 ? FemNoise((PetscInt64)model->gid[k / model->dim] * model->dim + k % model->dim) : 0;
     q_old[k] = 0;
   }
   FrameFree(model, q);
@@ -158,7 +158,7 @@ PetscErrorCode FemModelGetCriticalStep(FemModel model, PetscReal *dt)
   PetscFunctionBegin;
   PetscCheck(model && model->ready, PETSC_COMM_SELF, PETSC_ERR_ORDER, "Call FemModelSetUp() first");
   *dt = PETSC_MAX_REAL;
-  if (model->method == FEM_STATIC) PetscFunctionReturn(PETSC_SUCCESS);
+  if (model->method != FEM_EXPLICIT) PetscFunctionReturn(PETSC_SUCCESS);
   if (!(model->critical > 0)) {
     PetscCall(PetscLogEventBegin(FEM_Eigen, 0, 0, 0, 0));
     PetscCall(LargestEigenvalue(model, 1e-3, &theta)); /* 0.05 % of the step, well inside the promised 1 % */

@@ -17,17 +17,11 @@ PetscErrorCode FemExplicitSetUp(FemModel model)
   PetscFunctionBegin;
   if (model->operator == FEM_ROWS) PetscCall(FemRowsCreate(model));
   else PetscCall(FemElementsCreate(model));
-  for (PetscInt k = 0; k < model->n_fixes; k++)
-    BaseCheckInput(FemFixPosition(&model->fix[k], 0) == 0, model->comm, "Group '%s' stands %g m away from its place at t = 0; an explicit run starts from displacement 0", model->group[model->fix[k].group].name,
-                   (double)FemFixPosition(&model->fix[k], 0));
-  for (PetscInt k = 0; k < model->n_own * dim; k++) model->v[k] = model->velocity0[k % dim];
-  PetscCall(FemProject(model, FEM_HOLD_VELOCITY, 0, model->v));
-  for (PetscInt k = 0; k < model->n_own * dim; k++) energy += 0.5 * model->mass[k / dim] * model->v[k] * model->v[k];
+  PetscCall(FemStart(model));
+  for (PetscInt k = 0; k < model->n_own * dim; k++) energy += 0.5 * (model->mass[k / dim] * model->v[k] * model->v[k] + model->u[k] * model->f_int[k]);
   energy += FemPrestressEnergy(model);
   PetscCall(FemSum(model, 1, &energy));
   model->initial = energy;
-  FemAddPrestress(model);
-  PetscCall(FemLoadsAt(model, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -62,14 +56,15 @@ static inline PetscReal CloseDof(const Level *l, PetscReal m, PetscReal v, Petsc
 /* Dofs [from, to) of nodes without a frame; sum [4] out: work over the half step before and after, damping likewise */
 static void CloseLevel(FemModel model, const Level *l, PetscInt from, PetscInt to, const PetscReal *place, PetscReal sum[4])
 {
-  const PetscInt dim  = model->dim;
-  PetscReal      s[4] = {0, 0, 0, 0};
+  const PetscReal *outside = FemOutside(model);
+  const PetscInt   dim     = model->dim;
+  PetscReal        s[4]    = {0, 0, 0, 0};
 
   for (PetscInt k = from; k < to; k++) {
     const PetscInt fix = model->fixed[k];
 
     if (model->frame_of && model->frame_of[k / dim] >= 0) continue;
-    model->v_next[k] = CloseDof(l, model->mass[k / dim], model->v[k], model->u[k], model->f_app[k], model->f_app[k] + model->f_ext[k] - model->f_int[k], fix >= 0 ? PETSC_TRUE : PETSC_FALSE, fix >= 0 ? place[fix] : 0,
+    model->v_next[k] = CloseDof(l, model->mass[k / dim], model->v[k], model->u[k], model->f_app[k], model->f_app[k] + outside[k] - model->f_int[k], fix >= 0 ? PETSC_TRUE : PETSC_FALSE, fix >= 0 ? place[fix] : 0,
                                 &model->reaction[k], s);
   }
   for (PetscInt k = 0; k < 4; k++) sum[k] = s[k];
@@ -78,7 +73,8 @@ static void CloseLevel(FemModel model, const Level *l, PetscInt from, PetscInt t
 /* Nodes with a frame, along its axes; adds to sum [4].  Eq. (2.73) */
 static void CloseFrames(FemModel model, const Level *l, const PetscReal *place, PetscReal sum[4])
 {
-  const PetscInt dim = model->dim;
+  const PetscReal *outside = FemOutside(model);
+  const PetscInt   dim     = model->dim;
 
   for (PetscInt f = 0; f < model->n_frames_own; f++) {
     const PetscInt k = model->frame_node[f] * dim;
@@ -93,7 +89,7 @@ static void CloseFrames(FemModel model, const Level *l, const PetscReal *place, 
         v += q[d] * model->v[k + d];
         u += q[d] * model->u[k + d];
         applied += q[d] * model->f_app[k + d];
-        force += q[d] * (model->f_app[k + d] + model->f_ext[k + d] - model->f_int[k + d]);
+        force += q[d] * (model->f_app[k + d] + outside[k + d] - model->f_int[k + d]);
       }
       w = CloseDof(l, model->mass[k / dim], v, u, applied, force, fix >= 0 ? PETSC_TRUE : PETSC_FALSE, fix >= 0 ? place[fix] : 0, &r, sum);
       for (PetscInt d = 0; d < dim; d++) {
@@ -123,6 +119,7 @@ PetscErrorCode FemExplicitLevel(FemModel model, PetscReal dt)
   }
   PetscCall(PetscMalloc2(model->n_fixes, &place, chunks, &sum));
   for (PetscInt k = 0; k < model->n_fixes; k++) place[k] = FemFixPosition(&model->fix[k], model->t + dt);
+  if (model->absorb.n) FemAbsorbLevel(model, before, 0.5 * dt, place);
 #pragma omp parallel for schedule(static) num_threads(model->threads)
   for (PetscInt c = 0; c < chunks; c++) CloseLevel(model, &level, c * CHUNK, PetscMin(n, (c + 1) * CHUNK), place, sum[c]);
   for (PetscInt j = 0; j < 4; j++) {
@@ -130,6 +127,7 @@ PetscErrorCode FemExplicitLevel(FemModel model, PetscReal dt)
     for (PetscInt c = 0; c < chunks; c++) model->level_sum[j] += sum[c][j];
   }
   CloseFrames(model, &level, place, model->level_sum);
+  if (model->absorb.n) FemAbsorbBook(model, before, 0.5 * dt, model->level_sum);
   PetscCall(PetscFree2(place, sum));
   model->level_known = PETSC_TRUE;
   model->level_dt    = dt;

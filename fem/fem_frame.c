@@ -394,15 +394,15 @@ void FemOutOfFrames(FemModel model, PetscReal *a)
 }
 
 /* Blocks of K from axes to frames, Q_i K_ij Q_j'.  Eq. (2.72) */
-void FemRowsIntoFrames(FemModel model)
+void FemRowsIntoFrames(FemModel model, PetscReal *value)
 {
   const PetscInt dim = model->dim;
-  FemRows       *rows = &model->rows;
+  const FemRows *rows = &model->rows;
 
   for (PetscInt i = 0; i < model->n_own && model->frame_of; i++)
     for (PetscInt b = rows->start[i]; b < rows->start[i + 1]; b++) {
       const PetscInt fi = model->frame_of[i], fj = model->frame_of[rows->col[b]];
-      PetscReal     *K = &rows->value[(size_t)b * dim * dim], half[9] = {0}, full[9] = {0};
+      PetscReal     *K = &value[(size_t)b * dim * dim], half[9] = {0}, full[9] = {0};
 
       if (fi < 0 && fj < 0) continue;
       for (PetscInt p = 0; p < dim; p++)
@@ -417,12 +417,21 @@ void FemRowsIntoFrames(FemModel model)
 
 PetscErrorCode FemProject(FemModel model, FemHold hold, PetscReal t, PetscReal *a)
 {
-  const PetscInt dim = model->dim;
-  PetscReal     *place;
+  PetscReal *place;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(model->n_fixes, &place));
   for (PetscInt k = 0; k < model->n_fixes; k++) place[k] = hold == FEM_HOLD_POSITION ? FemFixPosition(&model->fix[k], t) : hold == FEM_HOLD_VELOCITY ? FemFixVelocity(&model->fix[k], t) : 0;
+  FemProjectTo(model, place, a);
+  PetscCall(PetscFree(place));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* place [n_fixes]: what each prescribed component becomes */
+void FemProjectTo(FemModel model, const PetscReal *place, PetscReal *a)
+{
+  const PetscInt dim = model->dim;
+
   for (PetscInt k = 0; k < model->n_fixed_own; k++) a[model->fixed_dof[k]] = place[model->fixed[model->fixed_dof[k]]];
   for (PetscInt f = 0; f < model->n_frames_own; f++)
     for (PetscInt i = 0; i < dim; i++) {
@@ -435,23 +444,37 @@ PetscErrorCode FemProject(FemModel model, FemHold hold, PetscReal t, PetscReal *
       for (PetscInt d = 0; d < dim; d++) more -= q[d] * at[d];
       for (PetscInt d = 0; d < dim; d++) at[d] += more * q[d];
     }
-  PetscCall(PetscFree(place));
-  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscReal FemKeepHeld(FemModel model, PetscReal *a)
+{
+  PetscReal sum = 0;
+
+  FemIntoFrames(model, a);
+  for (PetscInt k = 0; k < model->n_own * model->dim; k++) {
+    if (FemHeld(model, k) >= 0) continue;
+    sum += a[k] * a[k];
+    a[k] = 0;
+  }
+  FemOutOfFrames(model, a);
+  return sum;
+}
+
+void FemKeepFree(FemModel model, PetscReal *a)
+{
+  FemIntoFrames(model, a);
+  for (PetscInt k = 0; k < model->n_own * model->dim; k++)
+    if (FemHeld(model, k) >= 0) a[k] = 0;
+  FemOutOfFrames(model, a);
 }
 
 PetscErrorCode FemTakeReactions(FemModel model, PetscReal *out_of_balance)
 {
-  PetscReal *r = model->reaction, sum = 0;
+  PetscReal *r = model->reaction, sum;
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < model->n_own * model->dim; k++) r[k] = model->f_int[k] - model->f_app[k] - model->f_ext[k];
-  FemIntoFrames(model, r);
-  for (PetscInt k = 0; k < model->n_own * model->dim; k++) {
-    if (FemHeld(model, k) >= 0) continue;
-    sum += r[k] * r[k];
-    r[k] = 0;
-  }
-  FemOutOfFrames(model, r);
+  sum = FemKeepHeld(model, r);
   if (out_of_balance) *out_of_balance = sum;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -125,6 +125,29 @@ typedef struct {
   PetscReal  kinetic;       /* [J] of the present level */
 } FemInner;
 
+/* Sides that absorb waves.  fem_absorb.c */
+typedef struct {
+  PetscInt   n_groups, *group;
+  PetscInt   n, *node; /* [n] owned nodes of such sides, ascending */
+  PetscReal *block;    /* [n][dim][dim] dashpots of a node [N s/m] */
+  PetscReal *force;    /* explicit: [n][dim] what they put on the node at the present level [N] */
+  PetscReal *outside;  /* explicit: [n_own*dim] f_ext and these; NULL when nothing absorbs */
+} FemAbsorb;
+
+/* Newmark and generalised-alpha.  fem_implicit.c */
+typedef struct {
+  PetscReal  rho_inf; /* < 0: average acceleration */
+  PetscBool  lumped, moving; /* moving: some dof is prescribed to move */
+  PetscReal  am, af, gamma, beta; /* eq. (2.52) */
+  PetscReal  h;       /* step the factor belongs to [s], 0 = none */
+  PetscReal *mass;    /* in the pattern of rows, one number a block [kg]; NULL = lumped */
+  PetscReal *a;       /* [n_loc*dim] acceleration at t [m/s2] */
+  PetscReal *x, *y;   /* [n_loc*dim] work */
+  PetscReal *p, *q, *r, *old; /* [n_own*dim] work; old [5][n_own*dim] the level before: u, v, a, K u, loads */
+  PetscReal *place;   /* [3][n_fixes] u, v, a along prescribed axes */
+  PetscReal  kinetic; /* [J] of the present level, this rank's part */
+} FemImplicit;
+
 typedef enum { FEM_ROWS, FEM_ELEMENTS } FemOperator;
 
 typedef struct _FemRecovery *FemRecovery; /* fem_recover.h; NULL until a recovered field, an error or a probe is asked for */
@@ -139,6 +162,8 @@ struct _p_FemModel {
   FemOperator operator;
   FemElement  element;
   PetscReal   thickness, alpha, local, gravity[3], velocity0[3];
+  PetscReal   stiff_damping; /* [s] */
+  PetscBool   preload;       /* begin in static equilibrium with the loads of t = 0 */
   PetscInt    threads;
   PetscBool   has_mesh, ready;
 
@@ -184,9 +209,11 @@ struct _p_FemModel {
   PetscInt    n_fixed_own;
   PetscInt   *fixed_dof; /* [n_fixed_own] owned dofs, ascending */
   PetscReal  *mass;      /* [n_own] [kg] */
-  PetscReal  *borne;     /* [n_own] [kg] int rho N_a, what gravity acts on in a static model; mass where the two agree */
+  PetscReal  *borne;     /* [n_own] [kg] int rho N_a, what gravity acts on in a static model and beside a consistent mass; mass elsewhere */
   FemRows     rows;      /* of the outer elements only while inner.m > 1 */
   FemInner    inner;
+  FemAbsorb   absorb;
+  FemImplicit implicit;
   PetscReal   bound, critical, scale; /* [s], [s] 0 = not yet computed, [J] */
   PetscReal  *cell_dN, *cell_w, *cell_f; /* element operator: gradients (enhanced: stiffness), weights, forces */
   PetscInt   *cell_point, *cell_at;      /* [n_cells] first point, first entry of dN; */
@@ -207,7 +234,7 @@ struct _p_FemModel {
   FemPre     pre;
   PetscReal  turn; /* [rad] largest turn of an element seen so far, at frames */
 
-  /* static */
+  /* static and implicit: one matrix and its solver */
   Mat      K;
   KSP      ksp;
   Vec      rhs, solution;
@@ -240,6 +267,7 @@ PetscErrorCode FemSetUpMaterials(FemModel model);
 PetscErrorCode FemSetUpFixes(FemModel model);
 PetscErrorCode FemSetUpMass(FemModel model);
 PetscErrorCode FemCheckRigidMotion(FemModel model);
+PetscErrorCode FemIsHeld(FemModel model, PetscBool *held); /* no part can move as a rigid body */
 /* fem_frame.c: supports along directions of their own. Vectors a are [n_own*dim]. */
 PetscErrorCode FemSetUpFrames(FemModel model);
 PetscErrorCode FemFramesDestroy(FemModel model);
@@ -250,7 +278,10 @@ PetscErrorCode FemProject(FemModel model, FemHold hold, PetscReal t, PetscReal *
 PetscErrorCode FemTakeReactions(FemModel model, PetscReal *out_of_balance);
 void           FemIntoFrames(FemModel model, PetscReal *a);  /* in place, nodes with a frame only */
 void           FemOutOfFrames(FemModel model, PetscReal *a);
-void           FemRowsIntoFrames(FemModel model);            /* the rows' blocks; then a matrix is solved in frames, held where FemHeld() >= 0 */
+void           FemRowsIntoFrames(FemModel model, PetscReal *value); /* blocks in the rows' pattern; then a matrix is solved in frames, held where FemHeld() >= 0 */
+void           FemProjectTo(FemModel model, const PetscReal *place, PetscReal *a); /* place [n_fixes]: what prescribed components of a become */
+PetscReal      FemKeepHeld(FemModel model, PetscReal *a); /* zero along free axes; returns the sum of squares of what went (this rank) */
+void           FemKeepFree(FemModel model, PetscReal *a); /* zero along held axes */
 /* Index into fix of dof k seen in its node's own axes, -1 = free. k of an owned node or, for the sign alone, of a ghost. */
 static inline PetscInt FemHeld(const struct _p_FemModel *model, PetscInt k)
 {
@@ -298,7 +329,35 @@ PetscReal      FemDot(FemModel model, const PetscReal *a, const PetscReal *b); /
 PetscErrorCode FemSum(FemModel model, PetscInt n, PetscReal *value);           /* over ranks */
 /* fem_eigen.c */
 PetscErrorCode FemBoundStep(FemModel model);
+PetscReal      FemNoise(PetscInt64 number); /* in [-1/2, 1/2), a function of the number alone */
+PetscInt       FemRowsColumn(const FemModel model, PetscInt i, PetscInt j); /* entry of rows.col in row i that is node j */
+/* fem_mass.c */
+PetscErrorCode FemMassRows(FemModel model, PetscReal **mass);
+PetscErrorCode FemModalSetUp(FemModel model);
+void           FemMassApply(FemModel model, const PetscReal *mass, const PetscReal *x, PetscReal *f);
+void           FemMassAddToRows(FemModel model, const PetscReal *mass, PetscReal stiffness, PetscReal inertia, PetscReal *value);
+PetscErrorCode FemMassSolve(FemModel model, const PetscReal *mass, PetscReal *f, PetscReal *a);
+/* fem_solver.c */
+PetscErrorCode FemMatrixCreate(FemModel model, const PetscReal *value, PetscReal *diagonal, Mat *matrix);
+PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value); /* values in the pattern of rows */
+PetscErrorCode FemSolverSolve(FemModel model);
+PetscErrorCode FemSolverDestroy(FemModel model);
+/* fem_absorb.c */
+PetscErrorCode   FemSetUpAbsorbers(FemModel model);
+void             FemAbsorbTimes(FemModel model, const PetscReal *v, PetscReal *f);
+void             FemAbsorbAddToRows(FemModel model, PetscReal scale, PetscReal *value);
+void             FemAbsorbLevel(FemModel model, PetscReal before, PetscReal after, const PetscReal *place);
+void             FemAbsorbBook(FemModel model, PetscReal before, PetscReal after, PetscReal sum[4]);
+const PetscReal *FemOutside(FemModel model);
+PetscErrorCode   FemAbsorbDestroy(FemModel model);
+/* fem_start.c, fem_implicit.c */
+PetscErrorCode FemStart(FemModel model);
+PetscErrorCode FemImplicitSetUp(FemModel model);
+PetscErrorCode FemImplicitLevel(FemModel model);
+PetscErrorCode FemImplicitStep(void *ctx, PetscReal t, PetscReal dt);
+PetscErrorCode FemImplicitDestroy(FemModel model);
 /* fem_static.c, fem_explicit.c */
+PetscErrorCode FemPreload(FemModel model);
 PetscErrorCode FemStaticSetUp(FemModel model);
 PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt);
 PetscErrorCode FemExplicitSetUp(FemModel model);

@@ -48,6 +48,7 @@ PetscErrorCode FemModelCreate(MPI_Comm comm, FemModel *model)
   m->operator  = FEM_ROWS;
   m->thickness = 1;
   m->threads   = 1;
+  m->implicit.rho_inf = -1;
   *model       = m;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -220,6 +221,33 @@ PetscErrorCode FemModelSetDamping(FemModel model, PetscReal alpha)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode FemModelSetStiffnessDamping(FemModel model, PetscReal beta)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_FALSE));
+  BaseCheckInput(beta >= 0 && !PetscIsInfOrNanReal(beta), model->comm, "Stiffness-proportional damping %g s must not be negative", (double)beta);
+  model->stiff_damping = beta;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelSetImplicit(FemModel model, PetscReal rho_inf, PetscBool lumped)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_FALSE));
+  BaseCheckInput(rho_inf <= 1, model->comm, "A spectral radius of %g at high frequency must lie in [0, 1]", (double)rho_inf);
+  model->implicit.rho_inf = rho_inf;
+  model->implicit.lumped  = lumped;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelSetPreload(FemModel model, PetscBool preload)
+{
+  PetscFunctionBegin;
+  PetscCall(CheckOpen(model, PETSC_FALSE));
+  model->preload = preload;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FemModelSetThreads(FemModel model, PetscInt threads)
 {
   PetscFunctionBegin;
@@ -366,7 +394,13 @@ PetscErrorCode FemModelSetUp(FemModel model)
   PetscCall(PetscCalloc2(model->n_own * model->dim, &model->v_next, model->n_own * model->dim, &model->reaction));
   PetscCall(FemSetUpLoads(model));
   PetscCall(FemSetUpPrestress(model));
+  BaseCheckInput(model->stiff_damping == 0 || model->method == FEM_IMPLICIT, model->comm, "Stiffness-proportional damping of %g s needs the implicit method: central differences would have to shorten their step to 2/omega (sqrt(1 + x^2) - x), x = beta omega/2; use mass-proportional damping, or the implicit method", (double)model->stiff_damping);
+  BaseCheckInput(model->local == 0 || model->method == FEM_EXPLICIT, model->comm, "Local damping needs the explicit method; use viscous damping");
+  BaseCheckInput(!model->pre.n_heat || model->method != FEM_IMPLICIT, model->comm, "%s: temperature in implicit dynamics is not covered; run it static or explicit", model->source);
+  PetscCall(FemSetUpAbsorbers(model));
   if (model->method == FEM_STATIC) PetscCall(FemStaticSetUp(model));
+  else if (model->method == FEM_IMPLICIT) PetscCall(FemImplicitSetUp(model));
+  else if (model->method == FEM_MODAL) PetscCall(FemModalSetUp(model));
   else PetscCall(FemExplicitSetUp(model));
   PetscCall(FemSetUpStepper(model));
   model->ready = PETSC_TRUE;
@@ -461,10 +495,9 @@ PetscErrorCode FemModelDestroy(FemModel *model)
   PetscCall(PetscFree(m->load_value));
   PetscCall(PetscFree5(m->u, m->v, m->f_int, m->f_app, m->f_ext));
   PetscCall(PetscFree2(m->v_next, m->reaction));
-  PetscCall(KSPDestroy(&m->ksp));
-  PetscCall(MatDestroy(&m->K));
-  PetscCall(VecDestroy(&m->rhs));
-  PetscCall(VecDestroy(&m->solution));
+  PetscCall(FemSolverDestroy(m));
+  PetscCall(FemAbsorbDestroy(m));
+  PetscCall(FemImplicitDestroy(m));
   PetscCall(PetscFree(*model));
   *model = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -81,7 +81,7 @@ static PetscErrorCode BuildPattern(FemModel model)
 }
 
 /* Entry of col[] in row i that is node j. */
-static PetscInt FindColumn(const FemModel model, PetscInt i, PetscInt j)
+PetscInt FemRowsColumn(const FemModel model, PetscInt i, PetscInt j)
 {
   PetscInt low = model->rows.start[i], high = model->rows.start[i + 1] - 1;
 
@@ -125,7 +125,7 @@ PetscErrorCode FemRowsFill(FemModel model, const PetscBool *flag, PetscBool take
 
       if (i >= model->n_own) continue;
       for (PetscInt b = 0; b < shape->nodes; b++) {
-        PetscReal *value = &all[(size_t)FindColumn(model, i, node[b]) * dim * dim];
+        PetscReal *value = &all[(size_t)FemRowsColumn(model, i, node[b]) * dim * dim];
 
         for (PetscInt p = 0; p < dim; p++)
           for (PetscInt q = 0; q < dim; q++) value[p * dim + q] += K[(a * dim + p) * n + b * dim + q];

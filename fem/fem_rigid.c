@@ -163,14 +163,16 @@ static PetscErrorCode NameMotions(PetscInt dim, PetscReal *G, char words[BASE_LI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FemCheckRigidMotion(FemModel model)
+/* words, empty when all is held: what the part called `where` can do. */
+static PetscErrorCode FreeMotion(FemModel model, char words[BASE_LINE], char where[256])
 {
   const PetscInt dim = model->dim;
   PetscInt      *part, *first, n_parts;
   PetscReal     *centre, *size, *G; /* centre [n_parts][4]: sum of x, count */
-  char           words[BASE_LINE] = "", where[256] = "the body";
 
   PetscFunctionBegin;
+  words[0] = 0;
+  PetscCall(PetscStrncpy(where, "the body", 256));
   PetscCall(PetscMalloc1(model->n_loc, &part));
   PetscCall(FindParts(model, part));
   PetscCall(NumberParts(model, part, &n_parts, &first));
@@ -200,11 +202,30 @@ PetscErrorCode FemCheckRigidMotion(FemModel model)
   for (PetscInt p = 0; p < n_parts && !words[0]; p++) {
     PetscCall(NameMotions(dim, &G[36 * p], words));
     if (words[0] && n_parts > 1)
-      PetscCall(BaseFormat(where, "one of its %d unconnected parts, around (%.4g, %.4g, %.4g) m,", (int)n_parts, (double)centre[4 * p], (double)centre[4 * p + 1], (double)centre[4 * p + 2]));
+      PetscCall(PetscSNPrintf(where, 256, "one of its %d unconnected parts, around (%.4g, %.4g, %.4g) m,", (int)n_parts, (double)centre[4 * p], (double)centre[4 * p + 1], (double)centre[4 * p + 2]));
   }
   PetscCall(PetscFree3(centre, size, G));
   PetscCall(PetscFree(first));
   PetscCall(PetscFree(part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemIsHeld(FemModel model, PetscBool *held)
+{
+  char words[BASE_LINE], where[256];
+
+  PetscFunctionBegin;
+  PetscCall(FreeMotion(model, words, where));
+  *held = words[0] ? PETSC_FALSE : PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemCheckRigidMotion(FemModel model)
+{
+  char words[BASE_LINE], where[256];
+
+  PetscFunctionBegin;
+  PetscCall(FreeMotion(model, words, where));
   BaseCheckInput(!words[0], model->comm, "%s: %s can %s; fix it, or the static solution is not unique", model->source, where, words);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -214,7 +214,8 @@ void FemCellStress(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal
 /* Lumped mass (2.10), (2.31), what gravity acts on, and the energy the body would hold at unit strain, the ledger's scale. */
 PetscErrorCode FemSetUpMass(FemModel model)
 {
-  PetscReal dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], m[FEM_MAX_NODES];
+  const PetscBool own = model->method == FEM_STATIC || (model->method == FEM_IMPLICIT && !model->implicit.lumped) ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal       dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], m[FEM_MAX_NODES];
 
   PetscFunctionBegin;
   PetscCall(PetscCalloc2(model->n_own, &model->mass, model->n_own, &model->borne));
@@ -229,7 +230,7 @@ PetscErrorCode FemSetUpMass(FemModel model)
 
       if (i < model->n_own) model->mass[i] += m[a];
     }
-    if (model->method == FEM_STATIC) FemBodyMass(shape, material->density, w, m);
+    if (own) FemBodyMass(shape, material->density, w, m);
     for (PetscInt a = 0; a < shape->nodes; a++) {
       const PetscInt i = model->cell_node[model->cell_start[c] + a];
 
@@ -238,7 +239,7 @@ PetscErrorCode FemSetUpMass(FemModel model)
     for (PetscInt q = 0; q < shape->points && model->own[c]; q++) model->scale += 0.5 * material->young * w[q];
   }
   for (PetscInt i = 0; i < model->n_own && model->extra_mass; i++) model->mass[i] += model->extra_mass[i];
-  if (model->method != FEM_STATIC) PetscCall(PetscArraycpy(model->borne, model->mass, model->n_own)); /* a falling body must not deform */
+  if (!own) PetscCall(PetscArraycpy(model->borne, model->mass, model->n_own)); /* a falling body must not deform */
   PetscCall(FemSum(model, 1, &model->scale));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -13,6 +13,7 @@ static PetscErrorCode StepperStep(void *ctx, PetscReal t, PetscReal dt)
   PetscFunctionBegin;
   PetscCheck(!model->lent, model->comm, PETSC_ERR_ORDER, "The state is lent; FemModelRestoreState() before a step");
   if (model->method == FEM_STATIC) PetscCall(FemStaticStep(model, t, dt));
+  else if (model->method == FEM_IMPLICIT) PetscCall(FemImplicitStep(model, t, dt));
   else PetscCall(FemExplicitStep(model, t, dt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -23,6 +24,7 @@ static PetscErrorCode Close(FemModel model)
   PetscFunctionBegin;
   if (model->inner.m > 1) PetscCall(FemInnerLevel(model, model->dt_last));
   else if (model->method == FEM_EXPLICIT) PetscCall(FemExplicitLevel(model, model->dt_last));
+  else if (model->method == FEM_IMPLICIT) PetscCall(FemImplicitLevel(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -47,6 +49,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
     sum[2] = model->started ? model->level_sum[0] : 0;
     sum[3] = model->started ? model->level_sum[2] : 0;
   }
+  if (model->method == FEM_IMPLICIT) sum[0] = model->implicit.kinetic;
   PetscCall(FemSum(model, 4, sum));
   PetscCall(PetscMemzero(ledger, sizeof(*ledger)));
   ledger->energy[LEDGER_KINETIC] = sum[0];
@@ -115,18 +118,19 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
 /* Mean |out-of-balance force| of free dofs over mean |internal force|; 1 while nothing pulls yet. */
 static PetscErrorCode StepperUnbalanced(void *ctx, PetscReal *ratio)
 {
-  FemModel  model  = ctx;
-  PetscReal sum[4] = {0, 0, 0, 0};
+  FemModel         model   = ctx;
+  const PetscReal *outside = FemOutside(model);
+  PetscReal        sum[4]  = {0, 0, 0, 0};
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < model->n_own * model->dim; k++) {
-    PetscReal force = model->f_app[k] + model->f_ext[k] - model->f_int[k];
+    PetscReal force = model->f_app[k] + outside[k] - model->f_int[k];
 
     if (model->frame_of && model->frame_of[k / model->dim] >= 0) { /* along the frame's own axis */
       const PetscReal *q = &model->frame[(model->frame_of[k / model->dim] * model->dim + k % model->dim) * model->dim];
 
       force = 0;
-      for (PetscInt d = 0, j = k - k % model->dim; d < model->dim; d++) force += q[d] * (model->f_app[j + d] + model->f_ext[j + d] - model->f_int[j + d]);
+      for (PetscInt d = 0, j = k - k % model->dim; d < model->dim; d++) force += q[d] * (model->f_app[j + d] + outside[j + d] - model->f_int[j + d]);
     }
     if (FemHeld(model, k) < 0) {
       sum[0] += PetscAbsReal(force);
@@ -226,6 +230,10 @@ static PetscErrorCode StepperSave(void *ctx, Checkpoint checkpoint)
   PetscCall(CheckpointWriteReal(checkpoint, "fem/displacement", n, all));
   PetscCall(FemGather(model, model->home, model->dim, model->v, all));
   PetscCall(CheckpointWriteReal(checkpoint, "fem/velocity", n, all));
+  if (model->method == FEM_IMPLICIT) {
+    PetscCall(FemGather(model, model->home, model->dim, model->implicit.a, all));
+    PetscCall(CheckpointWriteReal(checkpoint, "fem/acceleration", n, all));
+  }
   PetscCall(PetscFree(all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -244,6 +252,11 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint checkpoint)
   PetscCall(FemScatter(model, model->home, model->dim, all, model->u));
   PetscCall(CheckpointReadReal(checkpoint, "fem/velocity", n, all));
   PetscCall(FemScatter(model, model->home, model->dim, all, model->v));
+  if (model->method == FEM_IMPLICIT) {
+    PetscCall(CheckpointReadReal(checkpoint, "fem/acceleration", n, all));
+    PetscCall(FemScatter(model, model->home, model->dim, all, model->implicit.a));
+    PetscCall(FemGhosts(model, model->implicit.a));
+  }
   PetscCall(PetscFree(all));
   model->t           = state[0];
   model->dt_last     = state[1];
@@ -262,7 +275,7 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint checkpoint)
     PetscCall(FemHeatWork(model, &heat)); /* booked before; this is for the powers */
   }
   FemAddPrestress(model);
-  if (model->started || model->method == FEM_EXPLICIT) PetscCall(FemLoadsAt(model, model->t));
+  if (model->started || model->method != FEM_STATIC) PetscCall(FemLoadsAt(model, model->t));
   if (model->method == FEM_STATIC) PetscCall(FemTakeReactions(model, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -279,7 +292,7 @@ PetscErrorCode FemSetUpStepper(FemModel model)
                              .write        = StepperWrite,
                              .save         = StepperSave,
                              .load         = StepperLoad,
-                             .unbalanced   = model->method == FEM_EXPLICIT ? StepperUnbalanced : NULL,
+                             .unbalanced   = model->method == FEM_STATIC ? NULL : StepperUnbalanced,
                              .n_history    = model->n_history,
                              .history_name = (const char *const *)model->history_name,
                              .history_unit = model->history_unit,

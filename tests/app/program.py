@@ -128,6 +128,10 @@ def test_broken(folder):
     cases = [
         # what is replaced, by what, line, a part of the message
         (FEM, "xmin, fix", "xmni, fix", 15, "xmin"),
+        (FEM, "density: 7850", "stiffness_damping: 1 us, density: 7850", 7, "stiffness damping needs time.method: implicit"),
+        (FEM, "end: 40 us", "end: 40 us, method: implicit", 5, "add step"),
+        (FEM, "end: 40 us", "end: 40 us, method: modal", 5, "belongs to time.method"),
+        (DEM, "zmin, fix: z", "zmin, absorb: true", 12, "absorbing sides belong to finite elements"),
         (FEM, "reaction(xmin)", "reaction(top)", 18, "top"),
         (FEM, "reaction(xmin)", "reacton(xmin)", 18, "reaction"),
         (FEM, "material: steel", "material: stele", 12, "steel"),
@@ -217,7 +221,9 @@ def test_resume(folder):
     """Stopped after some steps and resumed: bit for bit the run in one go. Also with a later end."""
     static = FEM.replace("end: 40 us", "end: 1 s, method: static, steps: 6").replace("every: 2 us", "every: 0.1 s").replace("every: 20 us", "every: 0.5 s")
     static = static.replace("{y: -1 MPa}", "{y: {ramp: {to: -1 MPa, over: 1 s}}}")
-    for name, scene, stop in (("fem", FEM, "37"), ("dem", DEM, "41"), ("static", static, "2")):
+    implicit = FEM.replace("end: 40 us", "end: 40 us, method: implicit, step: 2 us, rho_inf: 0.7, preload: static").replace("  - {group: xmax", "  - {group: ymax, absorb: true}\n  - {group: xmax")
+    staged = FEM.replace("end: 40 us", "end: 40 us, preload: static").replace("{y: -1 MPa}", "{y: {table: [[0 us, -1 MPa], [10 us, 0 MPa]]}}")
+    for name, scene, stop in (("fem", FEM, "37"), ("dem", DEM, "41"), ("static", static, "2"), ("implicit", implicit, "7"), ("staged", staged, "37")):
         write(folder, name + ".yaml", scene)
         cleave("run", name + ".yaml", "--output", name + "-whole", cwd=folder)
         whole = summary(folder, name + "-whole")
@@ -294,6 +300,31 @@ def test_tools(folder):
     check("tools.yaml:" in said and "floor.stl:6" in said and "nan" in said, said)
 
 
+def test_preload(folder):
+    """A static preload goes on into dynamics: the reaction of the static run to 1e-9, at step 0 and while the load stays."""
+    held = FEM.replace("end: 40 us", "end: 40 us, preload: static")
+    scenes = {"static": FEM.replace("end: 40 us", "end: 40 us, method: static"), "explicit": held, "implicit": held.replace("preload", "method: implicit, step: 2 us, preload"),
+              "damped": held.replace("density:", "local_damping: 0.7, density:")}
+    reaction = {}
+    for name, scene in scenes.items():
+        write(folder, name + ".yaml", scene)
+        cleave("run", name + ".yaml", "--output", name, cwd=folder)
+        rows = numpy.genfromtxt(os.path.join(folder, name, "history.csv"), delimiter=",", names=True, deletechars="")
+        reaction[name] = rows["reaction(xmin).y[N]"]
+        if name != "static":
+            check(rows["energy.kinetic[J]"].max() < 1e-15 * rows["energy.strain[J]"].max(), name, "moves")
+    for name in reaction:
+        check(abs(reaction[name][0 if name != "static" else -1] - 100).max() < 1e-7, name, reaction[name])
+        check(name == "static" or abs(reaction[name] - reaction["static"][-1]).max() < 1e-7, name, reaction[name])
+    plan = cleave("check", "implicit.yaml", cwd=folder)
+    check("Cholesky (CHOLMOD), 2 factorisations for all steps" in plan and "average acceleration, consistent mass" in plan and "from the static state" in plan, plan)
+    check(summary(folder, "implicit")["constructed"]["factorisations"] == 2, summary(folder, "implicit")["constructed"])
+    check(summary(folder, "explicit")["constructed"]["factorisations"] == 1, summary(folder, "explicit")["constructed"])
+    write(folder, "free.yaml", FEM)
+    cleave("run", "free.yaml", "--output", "free", "--stop-after", "2", cwd=folder)
+    check(summary(folder, "free")["constructed"]["factorisations"] == 0, "a run without preload pays for a factor")
+
+
 def test_interrupt(folder):
     """Ctrl-C: a checkpoint, 130; resumed, the run is the one nobody disturbed."""
     for name, scene, end in (("fem", FEM, "6 ms"), ("dem", DEM, "4 ms")):
@@ -319,7 +350,7 @@ def test_words(folder):
     text = cleave("--version", cwd=folder)
     check(re.search(r"cleave \d+\.\d+\.\d+ \(git .+\)", text) and "PETSc 3." in text and "gmsh 4." in text and "HDF5 1." in text, text)
     check("usage: cleave" in cleave("--help", cwd=folder), "no usage")
-    for kind in ("elastic", "ucs", "triaxial", "hydrostatic", "compaction", "brazilian", "direct-tension", "bending"):
+    for kind in ("elastic", "ucs", "triaxial", "hydrostatic", "compaction", "brazilian", "direct-tension", "bending", "wave"):
         cleave("new", kind, kind + ".yaml", cwd=folder)
         check("no faults found" in cleave("check", kind + ".yaml", cwd=folder), kind)
     check("there already" in cleave("new", "ucs", "ucs.yaml", cwd=folder, expect=2), "new overwrites")
@@ -334,7 +365,7 @@ def test_words(folder):
     check("one scene" in cleave("run", cwd=folder, expect=2), "run without a scene")
     check("nowhere.yaml" in cleave("run", "nowhere.yaml", cwd=folder, expect=2), "no such file")
     check("--set" in cleave("run", "ucs.yaml", "--set", "time.edn=1 s", cwd=folder, expect=2), "--set of an unknown key")
-    check(sorted(os.listdir(folder)) == ["elastic.yaml", "ucs.yaml"], "something was written:", os.listdir(folder))
+    check(sorted(os.listdir(folder)) == ["elastic.yaml", "ucs.yaml", "wave.yaml"], "something was written:", os.listdir(folder))
 
     write(folder, "fem.yaml", FEM)
     cleave("run", "fem.yaml", "--stop-after", "5", "--", "-log_view", ":log.txt", cwd=folder)
@@ -499,6 +530,50 @@ def test_sphere(folder):
     row, hoop, radial = last_row(folder, "out"), (1 + 8 / (2 * 1.5 ** 3)) / 7 * 1e6, (1 - 8 / 1.5 ** 3) / 7 * 1e6
     for name, want, tolerance in (("displacement(inner).x", 8e-4, 0.003), ("displacement(outer).x", 3e-4, 0.001), ("principal_stress(wall).1", hoop, 0.005), ("principal_stress(wall).2", hoop, 0.005), ("principal_stress(wall).3", radial, 0.005)):
         check(abs(row[name] / want - 1) < tolerance, name, row[name], "Lame", want)
+
+
+def test_wave(folder):
+    """examples/wave_in_a_bar: the far end moves by p/(rho c) when the pulse arrives; more than 99.9 % of its energy leaves there; implicit tells the same."""
+    scene = os.path.join(SOURCE, "examples/wave_in_a_bar/scene.yaml")
+    cleave("run", scene, "--output", "out", cwd=folder)
+    rows = numpy.genfromtxt(os.path.join(folder, "out", "history.csv"), delimiter=",", names=True, deletechars="")
+    far, time_ = rows["velocity(xmax).x[m/s]"], rows["time[s]"]
+    impedance = 2400 * 4000.0
+    check(0.94 < far.max() * impedance / 1e6 < 1, "peak", far.max(), "p/(rho c)", 1e6 / impedance)
+    check(abs(time_[far.argmax()] - 550e-6) < 8e-6, "arrives at", time_[far.argmax()])
+    impulse = 0.5 * 100e-6 * 1e6 / impedance  # displacement left behind by the pulse
+    check(abs(rows["displacement(xmax).x[m]"][-1] / impulse - 1) < 2e-3, rows["displacement(xmax).x[m]"][-1], impulse)
+    energy = summary(folder, "out")["energy"]
+    check(energy["kinetic_J"] + energy["strain_J"] < 1e-3 * energy["work_J"] and abs(energy["damping_J"] / energy["work_J"] - 1) < 1e-3, energy)
+    check(energy["worst_error"] < 1e-10, energy)
+    cleave("run", scene, "--output", "implicit", "--set", "time.method=implicit", "--set", "time.step=2 us", cwd=folder)
+    other = numpy.genfromtxt(os.path.join(folder, "implicit", "history.csv"), delimiter=",", names=True, deletechars="")
+    check(abs(other["velocity(xmax).x[m/s]"].max() / far.max() - 1) < 0.02, "implicit", other["velocity(xmax).x[m/s]"].max(), far.max())
+    cleave("run", scene, "--output", "closed", "--set", "conditions[1].absorb=false", "--set", "conditions[1].fix=x", cwd=folder)
+    energy = summary(folder, "closed")["energy"]
+    check(energy["kinetic_J"] + energy["strain_J"] > 0.99 * energy["work_J"] - 1e-12, "a bar with a fixed end keeps its energy", energy)
+
+
+def test_modal(folder):
+    """examples/modal_plate: NAFEMS FV52 within 3.5 % on its own mesh, rigid motions at zero; modes.csv, one frame a mode; words for what has no place in it."""
+    scene = os.path.join(SOURCE, "examples/modal_plate/scene.yaml")
+    text = cleave("check", scene, cwd=folder)
+    check("modal (consistent mass)" in text and "1 factorisation" in text and "10, the lowest" in text, text)
+    cleave("run", scene, "--output", "out", cwd=folder)
+    rows = numpy.genfromtxt(os.path.join(folder, "out", "modes.csv"), delimiter=",", skip_header=1)
+    check(rows.shape == (10, 3) and rows[:3, 1].max() < 0.05, rows)
+    reference = numpy.array([45.897, 109.44, 109.44, 167.89, 193.59, 206.19, 206.19])
+    check(abs(rows[3:, 1] / reference - 1).max() < 0.035, rows[3:, 1] / reference)
+    found = summary(folder, "out")
+    check(found["state"] == "done" and abs(numpy.array(found["frequencies_Hz"]) - rows[:, 1]).max() < 1e-6 and found["constructed"]["factorisations"] == 1, found)
+    shapes = [data for name, data in frames(os.path.join(folder, "out")).items() if "displacement" in name]
+    check(len(shapes) == 10, len(shapes), "frames")
+    for shape in shapes:
+        check(abs(abs(shape).max() - 1) < 1e-9, "a shape's largest displacement", abs(shape).max())
+    write(folder, "loaded.yaml", FEM.replace("{end: 40 us}", "{method: modal}").replace("every: 2 us, ", "").replace("every: 20 us, ", ""))
+    text = cleave("run", "loaded.yaml", cwd=folder, expect=2)
+    check("supports alone" in text and re.search(r"loaded\.yaml:16:", text), text)
+    check("no steps to resume" in cleave("run", scene, "--output", "out", "--resume", cwd=folder, expect=2), "resume of modes")
 
 
 def test_cylinder(folder):

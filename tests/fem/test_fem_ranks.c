@@ -33,7 +33,13 @@ static PetscErrorCode Build(MPI_Comm comm, MeshCellType type, FemMethod method, 
   if (dim == 3) PetscCall(CaseFix(*model, "zmin", 2, 0));
   PetscCall(FemModelAddPressure(*model, "ymax", &load));
   PetscCall(FemModelSetGravity(*model, g));
-  if (method == FEM_EXPLICIT) PetscCall(FemModelSetDamping(*model, 50));
+  if (method != FEM_STATIC) PetscCall(FemModelSetDamping(*model, 50));
+  if (method == FEM_IMPLICIT) {
+    PetscCall(FemModelSetStiffnessDamping(*model, 1e-5));
+    PetscCall(FemModelSetImplicit(*model, 0.8, PETSC_FALSE));
+    PetscCall(FemModelSetPreload(*model, PETSC_TRUE));
+    PetscCall(FemModelAddAbsorber(*model, "ymin"));
+  }
   PetscCall(FemModelAddHistory(*model, "reaction", "xmin"));
   PetscCall(FemModelAddHistory(*model, "displacement", "ymax"));
   PetscCall(FemModelSetUp(*model));
@@ -115,7 +121,7 @@ static PetscErrorCode Compare(MeshCellType type, FemMethod method, PetscReal dt,
     for (PetscInt f = 0; f < 3; f++) worst = PetscMax(worst, Apart(&all, &alone, 3 * nodes * f, 3 * nodes * (f + 1)));
     worst = PetscMax(worst, Apart(&all, &alone, 9 * nodes, 9 * nodes + 6 * cells));
     for (PetscInt k = 9 * nodes + 6 * cells; k < all.n; k++) worst = PetscMax(worst, Apart(&all, &alone, k, k + 1));
-    printf("  gmsh type %d, %s: one rank and all differ by %.1e\n", (int)type, method == FEM_STATIC ? "static" : "explicit", (double)worst);
+    printf("  gmsh type %d, %s: one rank and all differ by %.1e\n", (int)type, method == FEM_STATIC ? "static" : method == FEM_IMPLICIT ? "implicit" : "explicit", (double)worst);
     PetscCall(PetscFree(alone.data));
   }
   PetscCallMPI(MPI_Bcast(&worst, 1, MPIU_REAL, 0, PETSC_COMM_WORLD)); /* every rank fails together */
@@ -170,6 +176,13 @@ static PetscErrorCode TestPartitionCutsAcross(void)
     PetscCall(FemModelDestroy(&model));
     PetscCall(MeshDestroy(&mesh));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TestImplicitAnswersAgree(void)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt t = 0; t < 4; t++) PetscCall(Compare(types[t], FEM_IMPLICIT, 2e-5, 20, 1e-10));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -302,12 +315,13 @@ static PetscErrorCode TestAllRanksRefuseTogether(void)
 CHECK_TEST(TestStaticAnswersAgree)
 CHECK_TEST(TestMultigridAnswersAgree)
 CHECK_TEST(TestPartitionCutsAcross)
+CHECK_TEST(TestImplicitAnswersAgree)
 CHECK_TEST(TestExplicitAnswersAgree)
 CHECK_TEST(TestExplicitMotionIsTheSameBits)
 CHECK_TEST(TestCheckpointCrossesRankCounts)
 CHECK_TEST(TestRankWithoutElements)
 CHECK_TEST(TestAllRanksRefuseTogether)
 
-static const struct CMUnitTest tests[] = {TEST(TestStaticAnswersAgree), TEST(TestMultigridAnswersAgree), TEST(TestPartitionCutsAcross), TEST(TestExplicitAnswersAgree), TEST(TestExplicitMotionIsTheSameBits), TEST(TestCheckpointCrossesRankCounts), TEST(TestRankWithoutElements),
+static const struct CMUnitTest tests[] = {TEST(TestStaticAnswersAgree), TEST(TestMultigridAnswersAgree), TEST(TestPartitionCutsAcross), TEST(TestImplicitAnswersAgree), TEST(TestExplicitAnswersAgree), TEST(TestExplicitMotionIsTheSameBits), TEST(TestCheckpointCrossesRankCounts), TEST(TestRankWithoutElements),
                                           TEST(TestAllRanksRefuseTogether)};
 CHECK_MAIN(tests)

@@ -336,7 +336,7 @@ static PetscErrorCode TestMotionsAndMethods(void)
   PetscCall(Box(FEM_STATIC, MESH_QUAD4, &mesh, &model));
   PetscCall(FemModelAddMaterial(model, "", &stone));
   PetscCall(FemModelSetInitialVelocity(model, v));
-  CheckFails(FemModelSetUp(model), PETSC_ERR_USER_INPUT, "initial velocity needs the explicit method");
+  CheckFails(FemModelSetUp(model), PETSC_ERR_USER_INPUT, "initial velocity needs the explicit or the implicit method");
   CheckFails(FemModelSetDamping(model, -1), PETSC_ERR_USER_INPUT, "must not be negative");
   CheckFails(FemModelSetThreads(model, 0), PETSC_ERR_USER_INPUT, "at least 1");
   PetscCall(FemModelDestroy(&model));
@@ -344,7 +344,7 @@ static PetscErrorCode TestMotionsAndMethods(void)
   PetscCall(Box(FEM_EXPLICIT, MESH_QUAD4, &mesh, &model));
   PetscCall(FemModelAddMaterial(model, "", &stone));
   PetscCall(CaseFix(model, "xmin", 0, 1e-3));
-  CheckFails(FemModelSetUp(model), PETSC_ERR_USER_INPUT, "an explicit run starts from displacement 0");
+  CheckFails(FemModelSetUp(model), PETSC_ERR_USER_INPUT, "a dynamic run starts from displacement 0");
   PetscCall(FemModelDestroy(&model));
   PetscCall(MeshDestroy(&mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
