@@ -9,9 +9,10 @@
 */
 PetscErrorCode FemBalance(FemModel model, PetscReal value[6])
 {
-  const PetscInt  dim    = model->dim;
-  const PetscBool moving = model->method != FEM_STATIC ? PETSC_TRUE : PETSC_FALSE, inner = (PetscBool)(model->method != FEM_EXPLICIT || model->inner.m > 1 || model->local > 0);
-  const PetscReal h      = model->started ? 0.5 * model->dt_last + 0.5 * model->level_dt : 0.5 * model->level_dt;
+  const PetscInt   dim     = model->dim;
+  const PetscReal *outside = FemOutside(model); /* with absorbing sides */
+  const PetscBool  moving = model->method != FEM_STATIC ? PETSC_TRUE : PETSC_FALSE, inner = (PetscBool)(model->method != FEM_EXPLICIT || model->inner.m > 1 || model->local > 0);
+  const PetscReal  h      = model->started ? 0.5 * model->dt_last + 0.5 * model->level_dt : 0.5 * model->level_dt;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(value, 6));
@@ -22,7 +23,7 @@ PetscErrorCode FemBalance(FemModel model, PetscReal value[6])
       const PetscInt k = i * dim + d;
 
       x[d] = model->x[k];
-      f[d] = model->f_app[k] + model->f_ext[k] + model->reaction[k];
+      f[d] = model->f_app[k] + outside[k] + model->reaction[k];
       if (moving && h > 0) f[d] -= model->mass[i] * ((model->v_next[k] - model->v[k]) / h + model->alpha * (model->started ? 0.5 * (model->v[k] + model->v_next[k]) : model->v[k]));
       if (moving && (inner || !(h > 0))) f[d] = model->f_int[k];
     }

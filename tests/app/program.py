@@ -534,29 +534,30 @@ def test_sphere(folder):
 
 
 def test_wave(folder):
-    """examples/wave_in_a_bar: the far end moves by p/(rho c) when the pulse arrives; more than 99.9 % of its energy leaves there; implicit tells the same."""
+    """examples/wave_in_a_bar: the far end moves as p(t - L/c)/(rho c) within 2 % of the peak; more than 99.9 % of its energy leaves there; implicit tells the same."""
     scene = os.path.join(SOURCE, "examples/wave_in_a_bar/scene.yaml")
     cleave("run", scene, "--output", "out", cwd=folder)
     rows = numpy.genfromtxt(os.path.join(folder, "out", "history.csv"), delimiter=",", names=True, deletechars="")
     far, time_ = rows["velocity(xmax).x[m/s]"], rows["time[s]"]
     impedance = 2400 * 4000.0
-    check(0.94 < far.max() * impedance / 1e6 < 1, "peak", far.max(), "p/(rho c)", 1e6 / impedance)
-    check(abs(time_[far.argmax()] - 550e-6) < 8e-6, "arrives at", time_[far.argmax()])
+    tau = numpy.clip((time_ - 500e-6) / 100e-6, 0, 1)  # d'Alembert: what the near end felt 2 m / c ago
+    exact = numpy.sin(numpy.pi * tau) ** 2
+    check(abs(far * impedance / 1e6 - exact).max() < 0.02, "velocity of the far end", far.max(), "p/(rho c)", 1e6 / impedance, abs(far * impedance / 1e6 - exact).max())
     impulse = 0.5 * 100e-6 * 1e6 / impedance  # displacement left behind by the pulse
     check(abs(rows["displacement(xmax).x[m]"][-1] / impulse - 1) < 2e-3, rows["displacement(xmax).x[m]"][-1], impulse)
     energy = summary(folder, "out")["energy"]
     check(energy["kinetic_J"] + energy["strain_J"] < 1e-3 * energy["work_J"] and abs(energy["damping_J"] / energy["work_J"] - 1) < 1e-3, energy)
     check(energy["worst_error"] < 1e-10, energy)
-    cleave("run", scene, "--output", "implicit", "--set", "time.method=implicit", "--set", "time.step=2 us", cwd=folder)
+    cleave("run", scene, "--output", "implicit", "--set", "time.method=implicit", "--set", "time.step=1 us", cwd=folder)
     other = numpy.genfromtxt(os.path.join(folder, "implicit", "history.csv"), delimiter=",", names=True, deletechars="")
-    check(abs(other["velocity(xmax).x[m/s]"].max() / far.max() - 1) < 0.02, "implicit", other["velocity(xmax).x[m/s]"].max(), far.max())
+    check(abs(other["velocity(xmax).x[m/s]"] * impedance / 1e6 - exact).max() < 0.02, "implicit", abs(other["velocity(xmax).x[m/s]"] * impedance / 1e6 - exact).max())
     cleave("run", scene, "--output", "closed", "--set", "conditions[1].absorb=false", "--set", "conditions[1].fix=x", cwd=folder)
     energy = summary(folder, "closed")["energy"]
     check(energy["kinetic_J"] + energy["strain_J"] > 0.99 * energy["work_J"] - 1e-12, "a bar with a fixed end keeps its energy", energy)
 
 
 def test_modal(folder):
-    """examples/modal_plate: NAFEMS FV52 within 3.5 % on its own mesh, rigid motions at zero; modes.csv, one frame a mode; words for what has no place in it."""
+    """examples/modal_plate: NAFEMS FV52 within 3 % on its own mesh (a line held on a solid: the mesh is part of the definition), rigid motions at zero; modes.csv, one frame a mode; words for what has no place in it."""
     scene = os.path.join(SOURCE, "examples/modal_plate/scene.yaml")
     text = cleave("check", scene, cwd=folder)
     check("modal (consistent mass)" in text and "1 factorisation" in text and "10, the lowest" in text, text)
@@ -564,7 +565,7 @@ def test_modal(folder):
     rows = numpy.genfromtxt(os.path.join(folder, "out", "modes.csv"), delimiter=",", skip_header=1)
     check(rows.shape == (10, 3) and rows[:3, 1].max() < 0.05, rows)
     reference = numpy.array([45.897, 109.44, 109.44, 167.89, 193.59, 206.19, 206.19])
-    check(abs(rows[3:, 1] / reference - 1).max() < 0.035, rows[3:, 1] / reference)
+    check(abs(rows[3:, 1] / reference - 1).max() < 0.03, rows[3:, 1] / reference)
     found = summary(folder, "out")
     check(found["state"] == "done" and abs(numpy.array(found["frequencies_Hz"]) - rows[:, 1]).max() < 1e-6 and found["constructed"]["factorisations"] == 1, found)
     shapes = [data for name, data in frames(os.path.join(folder, "out")).items() if "displacement" in name]

@@ -119,7 +119,8 @@ static PetscErrorCode Plate(PetscReal thick, PetscInt wide, PetscBool held, Pets
 }
 
 /* NAFEMS FV52 on the mesh of its sheet, 4 x 4 x 1: three rigid motions, then 45.897, 109.44 twice, 167.89, 193.59, 206.19 twice. A line
-   held on a solid gives way as the mesh gets finer (mode 4: 44.05 Hz on 8 x 8), so this problem has no limit to converge to. */
+   held on a solid gives way as the mesh gets finer (mode 4: 44.05 Hz on 8 x 8), so this problem has no limit to converge to: the mesh is
+   part of the definition. */
 static PetscErrorCode TestFV52(void)
 {
   const PetscReal reference[7] = {45.897, 109.44, 109.44, 167.89, 193.59, 206.19, 206.19};
@@ -131,7 +132,7 @@ static PetscErrorCode TestFV52(void)
   for (PetscInt j = 0; j < 3; j++) CheckBelow(modes.frequency[j], 1e-3 * 45);
   for (PetscInt j = 0; j < 7; j++) {
     printf("  FV52 mode %d: %.3f Hz, reference %.3f\n", (int)j + 4, (double)modes.frequency[3 + j], (double)reference[j]);
-    CheckClose(modes.frequency[3 + j], reference[j], 0.035);
+    CheckClose(modes.frequency[3 + j], reference[j], 0.03);
   }
   CheckClose(modes.frequency[5], modes.frequency[4], 1e-8); /* both of a pair are found */
   CheckClose(modes.frequency[9], modes.frequency[8], 1e-8);
