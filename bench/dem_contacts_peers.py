@@ -86,7 +86,7 @@ def main():
                 x, y, z = at[k % side], at[k // side % side], at[k // side // side]
                 t.write(f'{x:.9g} {y:.9g} {z:.9g} {RADIUS}\n')
                 d.write(f'{k + 1} 1 {2 * RADIUS} {DENSITY} {x:.9g} {y:.9g} {z:.9g}\n')
-        rows = [('cleave', ours), ('liggghts', peer('liggghts', ['liggghts', '-in'], LIGGGHTS, folder, repeats)), ('yade', peer('yade', ['yade', '-n', '-x', '-j1'], YADE, folder, repeats))]
+        rows = [('cleave', ours), ('liggghts', peer('liggghts', ['liggghts', '-log', 'none', '-in'], LIGGGHTS, folder, repeats)), ('yade', peer('yade', ['yade', '-n', '-x', '-j1'], YADE, folder, repeats))]
     print(f'{n} spheres, {contacts} contacts\n{"":10}{"us/contact-step":>16}{"us/sphere-step":>16}{"ratio":>8}')
     for name, t in rows:
         if t is not None:
