@@ -106,15 +106,38 @@ static PetscErrorCode BuildFem(AppCase *c, PetscInt threads)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Of the body's rain: grains a second, and how many until its end; rate 0 without one. */
+static PetscErrorCode Rain(AppCase *c, PetscReal *rate, PetscInt *count)
+{
+  char      path[256];
+  PetscReal until;
+  PetscBool has;
+
+  PetscFunctionBegin;
+  *rate = 0;
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain", c->part[0].name));
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.until", c->part[0].name));
+  PetscCall(SceneGetReal(c->scene, path, &until));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.rate", c->part[0].name));
+  PetscCall(SceneGetReal(c->scene, path, rate));
+  if (*rate * until > 1e8) PetscCall(SceneFail(c->scene, path, "%.6g grains a second for %.6g s are more than 1e8; fewer, or for a shorter time", (double)*rate, (double)until));
+  *count = 1 + (PetscInt)PetscFloorReal(*rate * until * (1 - 1e-12)); /* the first at time 0 */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AppCasePack(AppCase *c)
 {
   const char       *body    = c->part[0].name;
   DemPackingOptions options = {0};
   char              path[256];
   PetscBool         has;
+  PetscReal         rain;
 
   PetscFunctionBegin;
   PetscCall(AppClockBegin(&c->clock, "packing"));
+  PetscCall(Rain(c, &rain, &options.count));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.file", body));
   PetscCall(SceneHas(c->scene, path, &has));
   if (has) {
@@ -133,10 +156,14 @@ PetscErrorCode AppCasePack(AppCase *c)
     if (has) PetscCall(SceneGetInt(c->scene, path, &options.count));
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.spread", body));
     PetscCall(SceneGetReal(c->scene, path, &options.spread));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.porosity", body));
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (has) PetscCall(SceneGetReal(c->scene, path, &options.porosity));
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.seed", body));
     PetscCall(SceneGetInt(c->scene, path, &options.seed));
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", body));
-    AppCallAt(c->scene, path, DemPackingCreate(&c->body, &options, &c->packing));
+    if (rain > 0) AppCallAt(c->scene, path, DemPackingCreateRain(&c->body, &options, &c->packing));
+    else AppCallAt(c->scene, path, DemPackingCreate(&c->body, &options, &c->packing));
   }
   c->made_packings++;
   PetscCall(AppClockEnd(&c->clock));
@@ -147,8 +174,9 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
 {
   const AppPart    *part     = &c->part[0];
   const DemMaterial material = {part->density, part->young, part->poisson};
-  PetscReal         velocity[3];
+  PetscReal         velocity[3], rain;
   PetscBool         bonded;
+  PetscInt          count;
   char              path[256];
 
   PetscFunctionBegin;
@@ -177,6 +205,14 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   AppCallAt(c->scene, path, DemModelSetBody(c->dem, &c->body, &c->packing, bonded ? &c->cells : NULL));
   PetscCall(DemCellsDestroy(&c->cells));
   PetscCall(DemPackingDestroy(&c->packing));
+  PetscCall(Rain(c, &rain, &count));
+  if (rain > 0) {
+    PetscInt seed;
+
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.seed", part->name));
+    PetscCall(SceneGetInt(c->scene, path, &seed));
+    AppCallAt(c->scene, "contact", DemModelSetRain(c->dem, rain, seed));
+  }
   PetscCall(InitialVelocity(c, velocity, path));
   PetscCall(DemModelSetInitialVelocity(c->dem, velocity));
   PetscCall(AppConditionsApply(c));

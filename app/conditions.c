@@ -323,7 +323,7 @@ static PetscErrorCode ReadQuantity(AppCase *c, const char *path, const char *tex
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!strcmp(text, "energies")) PetscFunctionReturn(PETSC_SUCCESS);
-  if ((!strcmp(text, "gauge") || !strcmp(text, "quality")) && c->method != APP_DEM)
+  if ((!strcmp(text, "gauge") || !strcmp(text, "quality") || !strcmp(text, "grains")) && c->method != APP_DEM)
     PetscCall(SceneFail(c->scene, path, "%s is measured on a body of particles alone (method: dem); ask for reactions and displacements of groups", text));
   PetscCall(PetscRealloc((size_t)(c->n_quantities + 1) * sizeof(*c->quantity), &c->quantity));
   q = &c->quantity[c->n_quantities];

@@ -53,7 +53,7 @@ static PetscErrorCode EstimateParticles(AppCase *c, AppPlan *plan)
   char            path[256];
   PetscBool       has;
   PetscInt        count;
-  PetscReal       radius, spread;
+  PetscReal       radius, spread, filling = c->dim == 3 ? 0.74 : 0.86;
   const PetscReal volume = DemBodyVolume(&c->body);
 
   PetscFunctionBegin;
@@ -64,14 +64,34 @@ static PetscErrorCode EstimateParticles(AppCase *c, AppPlan *plan)
     plan->particles = count;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain", c->part[0].name));
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (has) {
+    PetscReal rate, until;
+
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.rate", c->part[0].name));
+    PetscCall(SceneGetReal(c->scene, path, &rate));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.until", c->part[0].name));
+    PetscCall(SceneGetReal(c->scene, path, &until));
+    plan->particles = PetscMax(1, PetscFloorReal(rate * until));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.radius", c->part[0].name));
   PetscCall(SceneHas(c->scene, path, &has));
   if (has) {
     PetscCall(SceneGetReal(c->scene, path, &radius));
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.spread", c->part[0].name));
     PetscCall(SceneGetReal(c->scene, path, &spread));
-    if (c->dim == 3) plan->particles = 0.74 * volume / (4. / 3 * PETSC_PI * PetscPowReal(radius, 3) * (1 + spread * spread));
-    else plan->particles = 0.86 * volume / c->thickness / (PETSC_PI * radius * radius * (1 + spread * spread / 3));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.porosity", c->part[0].name));
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (has) {
+      PetscReal porosity;
+
+      PetscCall(SceneGetReal(c->scene, path, &porosity));
+      filling = 1 - porosity;
+    }
+    if (c->dim == 3) plan->particles = filling * volume / (4. / 3 * PETSC_PI * PetscPowReal(radius, 3) * (1 + spread * spread));
+    else plan->particles = filling * volume / c->thickness / (PETSC_PI * radius * radius * (1 + spread * spread / 3));
   } else { /* a file of the user's, one line a particle */
     const char *name;
     char        file[PETSC_MAX_PATH_LEN], line[BASE_LINE];

@@ -152,10 +152,22 @@ static PetscErrorCode CheckBody(Scene scene, SceneNode body)
   if ((scene->time & ~SCENE_EXPLICIT) && SceneNodeIs(method, "dem")) PetscCall(SceneFaultValue(scene, method, "time.method is %s, and %s needs a fem body; body '%.60s' is dem: write time: {method: explicit}", TimeWord(scene), TimeWord(scene), body->key));
   if (SceneNodeIs(SceneNodeChild(SceneNodeChild(scene->root, "time"), "preload"), "static") && (SceneNodeIs(method, "dem") || SceneNodeIs(method, "coupled")))
     PetscCall(SceneFaultValue(scene, method, "time.preload: static needs a fem body; body '%.60s' is %s: let the load grow slowly instead", body->key, method->text));
-  if (file && file->good) {
-    static const char *const made[] = {"spread", "seed"};
+  if (SceneNodeChild(SceneNodeChild(body, "dem"), "rain")) {
+    const SceneNode rain = SceneNodeChild(SceneNodeChild(body, "dem"), "rain");
+    static const char *const other[] = {"count", "file", "porosity"};
 
-    for (PetscInt k = 0; k < 2; k++) {
+    if (!SceneNodeIs(SceneNodeChild(SceneNodeChild(body, "dem"), "bonded"), "false")) PetscCall(SceneFaultKey(scene, rain, "a rain is of loose grains; write bonded: false beside it"));
+    if (!SceneNodeChild(scene->root, "contact")) PetscCall(SceneFaultKey(scene, rain, "grains that rain need to know how they meet; add a contact section"));
+    if (!SceneNodeChild(SceneNodeChild(body, "geometry"), "box")) PetscCall(SceneFaultKey(scene, rain, "grains rain from a box; write geometry: {box: ...}"));
+    for (PetscInt k = 0; k < 3; k++)
+      if (SceneNodeChild(packing, other[k])) PetscCall(SceneFaultKey(scene, SceneNodeChild(packing, other[k]), "%s is of grains that are there from the start; with a rain give the radius, its rate and its end", other[k]));
+  }
+  if (SceneNodeChild(packing, "porosity") && !SceneNodeIs(SceneNodeChild(SceneNodeChild(body, "dem"), "bonded"), "false"))
+    PetscCall(SceneFaultKey(scene, SceneNodeChild(packing, "porosity"), "porosity is of loose grains; write bonded: false beside packing, or take it out: bonded particles fill the body"));
+  if (file && file->good) {
+    static const char *const made[] = {"spread", "seed", "porosity"};
+
+    for (PetscInt k = 0; k < 3; k++) {
       const SceneNode key = SceneNodeChild(packing, made[k]);
 
       if (key) PetscCall(SceneFaultKey(scene, key, "%s is of a packing we make, and file brings its own; take one out", made[k]));
@@ -506,7 +518,7 @@ static PetscErrorCode CheckQuantity(Scene scene, SceneNode node)
 /* Fields that only one method has; asked of the other they would be missing in silence. */
 static PetscErrorCode CheckField(Scene scene, SceneNode node, SceneNode bodies)
 {
-  const PetscBool of_dem = (PetscBool)(SceneNodeIs(node, "rotation") || SceneNodeIs(node, "damage") || SceneNodeIs(node, "criterion") || SceneNodeIs(node, "coordination") || SceneNodeIs(node, "fragment") || SceneNodeIs(node, "bonds")), of_fem = (PetscBool)(SceneNodeIs(node, "reaction") || SceneNodeIs(node, "von_mises") || SceneNodeIs(node, "principal_stress") || SceneNodeIs(node, "error") || SceneNodeIs(node, "element_stress") || SceneNodeIs(node, "element_strain"));
+  const PetscBool of_dem = (PetscBool)(SceneNodeIs(node, "rotation") || SceneNodeIs(node, "orientation") || SceneNodeIs(node, "damage") || SceneNodeIs(node, "criterion") || SceneNodeIs(node, "coordination") || SceneNodeIs(node, "fragment") || SceneNodeIs(node, "bonds")), of_fem = (PetscBool)(SceneNodeIs(node, "reaction") || SceneNodeIs(node, "von_mises") || SceneNodeIs(node, "principal_stress") || SceneNodeIs(node, "error") || SceneNodeIs(node, "element_stress") || SceneNodeIs(node, "element_strain"));
 
   PetscFunctionBegin;
   if (!(of_dem || of_fem) || !bodies || bodies->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);

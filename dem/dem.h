@@ -92,6 +92,9 @@ PetscErrorCode DemModelSetContact(DemModel model, const DemContactOptions *optio
 /* Materials of the particles [packing's order], for loose grains, and the choice of one pair of them. */
 PetscErrorCode DemModelSetGrainMaterials(DemModel model, PetscInt n, const DemMaterial material[], const PetscInt of[]);
 PetscErrorCode DemModelSetContactPair(DemModel model, PetscInt a, PetscInt b, const DemContactChoice *choice);
+/* The grains of DemPackingCreateRain() come one after the other, `rate` a second from time 0 on, into the body's box with the initial velocity. Needs
+   contacts. One that finds no free place gives up its turn.  Eqs (5.83)-(5.86) */
+PetscErrorCode DemModelSetRain(DemModel model, PetscReal rate, PetscInt seed);
 PetscErrorCode DemModelGetContactCounts(DemModel model, DemContactCounts *counts);
 
 /* Facet platens on a named face. Along the face's own normal alone: smooth. All components: glued. Other
@@ -113,7 +116,7 @@ PetscErrorCode DemModelAddHistory(DemModel model, const char *quantity, const ch
 PetscErrorCode DemModelGetGroupMiddle(DemModel model, const char *group, PetscReal middle[3]); /* [m] area mean of a face, a tool's centre; at rest */
 
 /* Columns that belong to no group: "gauge" (mean stress and strain of the middle half of the body's longest axis, and the secant
-   modulus and Poisson's ratio along it), "quality" (unbalanced force ratio, kinetic / strain energy).  Eqs (4.70), (4.71) */
+   modulus and Poisson's ratio along it), "quality" (unbalanced force ratio, kinetic / strain energy), "grains" (present, come, left).  Eqs (4.70), (4.71), (5.86) */
 PetscErrorCode DemModelAddColumns(DemModel model, const char *quantity);
 /* The two of "quality" at the row of largest strain energy so far; -1 without the columns. */
 PetscErrorCode DemModelGetQuality(DemModel model, PetscReal *unbalanced, PetscReal *kinetic);

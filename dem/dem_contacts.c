@@ -258,7 +258,7 @@ PetscErrorCode DemContactsSearch_Internal(DemModel model)
   Cells          cells;
 
   PetscFunctionBegin;
-  if (c->gone) Leave(model);
+  if (c->options.domain == DEM_DOMAIN_BOX) Leave(model);
   c->broken = PartBonds(model);
   PetscCall(DemContactsWho_Internal(model));
   PetscCall(CellsCreate(model, &cells));

@@ -56,7 +56,7 @@ PetscErrorCode DemModelGetContactCounts(DemModel model, DemContactCounts *counts
   const DemContacts *c = &model->contacts;
 
   PetscFunctionBegin;
-  *counts = (DemContactCounts){.searches = c->searches, .searched = c->n_who, .pairs = c->m, .touching = c->touching, .left = c->n_gone, .deepest = c->deepest};
+  *counts = (DemContactCounts){.searches = c->searches, .searched = c->n_who, .pairs = c->m, .touching = c->touching, .left = c->n_gone - (model->rain.rate > 0 ? model->n - model->rain.next : 0), .deepest = c->deepest};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -111,7 +111,7 @@ PetscErrorCode DemSetUpContacts_Internal(DemModel model)
   PetscCall(PetscMalloc2(n, &c->who, 3 * n, &c->ref));
   PetscCall(PetscCalloc4(c->n_blocks + 1, &c->pair, c->n_blocks + 1, &c->halo_start, n + 1, &c->slot_start, 4 * c->n_blocks, &c->sum));
   PetscCall(PetscCalloc1(model->threads, &c->scratch));
-  if (c->options.domain == DEM_DOMAIN_BOX) PetscCall(PetscCalloc1(n, &c->gone));
+  if (c->options.domain == DEM_DOMAIN_BOX || model->rain.rate > 0) PetscCall(PetscCalloc1(n, &c->gone));
   PetscCall(DemContactsRoom_Internal(model, 1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,13 +14,14 @@ PetscErrorCode DemModelAddColumns(DemModel model, const char *quantity)
 {
   static const char *const gauge[] = {"stress.x", "stress.y", "stress.z", "strain.x", "strain.y", "strain.z", "modulus", "poisson"};
   static const char *const gauge_unit[] = {"Pa", "Pa", "Pa", "-", "-", "-", "Pa", "-"};
-  static const char *const quality[] = {"unbalanced", "kinetic_ratio"};
+  static const char *const quality[] = {"unbalanced", "kinetic_ratio"}, *const grains[] = {"grains.present", "grains.come", "grains.left"};
   const PetscBool          is_gauge = strcmp(quantity, "gauge") ? PETSC_FALSE : PETSC_TRUE;
-  const PetscInt           n = is_gauge ? 8 : 2;
+  const PetscBool          is_grains = strcmp(quantity, "grains") ? PETSC_FALSE : PETSC_TRUE;
+  const PetscInt           n = is_gauge ? 8 : is_grains ? 3 : 2;
   DemHistory              *grown;
 
   PetscFunctionBegin;
-  BaseCheckInput(is_gauge || !strcmp(quantity, "quality"), model->comm, "History quantity '%s' is not known for particles; known without a group: gauge, quality", quantity);
+  BaseCheckInput(is_gauge || is_grains || !strcmp(quantity, "quality"), model->comm, "History quantity '%s' is not known for particles; known without a group: gauge, quality, grains", quantity);
   PetscCheck(model->packing.n, model->comm, PETSC_ERR_ORDER, "Call DemModelSetBody() before asking for columns");
   PetscCall(PetscMalloc1(model->n_history + n, &grown));
   PetscCall(PetscArraycpy(grown, model->history, model->n_history));
@@ -35,7 +36,7 @@ PetscErrorCode DemModelAddColumns(DemModel model, const char *quantity)
     h->face = h->tool = -1;
     h->component      = c;
     h->unit           = is_gauge ? gauge_unit[c] : "-";
-    PetscCall(BaseFormat(name, "%s%s", is_gauge ? "gauge." : "", is_gauge ? gauge[c] : quality[c]));
+    PetscCall(BaseFormat(name, "%s%s", is_gauge ? "gauge." : "", is_gauge ? gauge[c] : is_grains ? grains[c] : quality[c]));
     PetscCall(PetscStrallocpy(name, &h->name));
     model->n_history++;
   }
@@ -93,6 +94,12 @@ PetscErrorCode DemColumn_Internal(DemModel model, const DemHistory *h, PetscReal
   PetscReal kinetic, due, strain;
 
   PetscFunctionBegin;
+  if (h->quantity[0] == 'g' && h->quantity[1] == 'r') {
+    const PetscInt come = model->rain.rate > 0 ? model->rain.next : model->n, present = model->n - model->contacts.n_gone;
+
+    *value = (PetscReal)(h->component == 0 ? present : h->component == 1 ? come : come - present);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (h->quantity[0] == 'g') {
     if (h->component == 0) PetscCall(Gauge(model)); /* once a row */
     *value = model->gauge[h->component];

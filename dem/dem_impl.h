@@ -117,6 +117,14 @@ typedef struct {
 
 enum { DEM_BOND_WATCHED = 1, DEM_BOND_TENSION = 2, DEM_BOND_SHEAR = 4, DEM_BOND_LOADED = 8, DEM_BOND_PARTED = 16, DEM_BOND_APART = 64 /* of two groups: never bonded */, DEM_BOND_KEPT = 128 };
 
+/* Grains that come while the run goes on; rate 0: all are there. */
+typedef struct {
+  PetscReal rate;  /* [1/s] */
+  PetscInt  seed;
+  PetscInt  turn;  /* turns gone by */
+  PetscInt  next;  /* grains that have come: the packing's numbers below this */
+} DemRain;
+
 struct _p_DemModel {
   MPI_Comm  comm;
   DemKind   kind;
@@ -163,6 +171,7 @@ struct _p_DemModel {
   PetscInt         *pair_of;  /* [n_pair_choices][2] */
   DemContactChoice *pair_choice;
   DemContacts contacts;
+  DemRain     rain;
 
   DemBonds  bonds;
   DemBlocks blocks;
@@ -291,6 +300,12 @@ PetscReal      DemContactsRate_Internal(DemModel model, PetscReal *drag); /* bou
 PetscReal      DemDampedStep_Internal(PetscReal rate, PetscReal drag);
 PetscErrorCode DemContactsSave_Internal(DemModel model, Checkpoint c);
 PetscErrorCode DemContactsLoad_Internal(DemModel model, Checkpoint c);
+
+/* dem_rain.c */
+void           DemRainSleep_Internal(DemModel model); /* at set-up */
+PetscErrorCode DemRainFall_Internal(DemModel model);  /* those whose turn has come, before forces */
+PetscErrorCode DemRainSave_Internal(DemModel model, Checkpoint c);
+PetscErrorCode DemRainLoad_Internal(DemModel model, Checkpoint c);
 
 /* dem_step.c */
 PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt);

@@ -349,6 +349,7 @@ PetscErrorCode DemModelSetUp(DemModel model)
   PetscCheck(m->young > 0, model->comm, PETSC_ERR_ORDER, "Call DemModelSetMaterial() before DemModelSetUp()");
   PetscCheck(!model->ready, model->comm, PETSC_ERR_ORDER, "DemModelSetUp() was called twice");
   BaseCheckInput((model->dim == 3) == (model->kind == DEM_SOLID), model->comm, "A %" PetscInt_FMT "D body with the kind of the other dimension", model->dim);
+  BaseCheckInput(model->rain.rate == 0 || model->contacts.on, model->comm, "Grains that rain need to know how they meet; add a contact section");
   model->g_shear = m->young / (2 * (1 + m->poisson));
   model->lambda  = m->young * m->poisson / ((1 + m->poisson) * (1 - 2 * m->poisson));
   if (model->kind == DEM_PLANE_STRESS) model->lambda = 2 * model->g_shear * model->lambda / (model->lambda + 2 * model->g_shear);
@@ -370,9 +371,15 @@ PetscErrorCode DemModelSetUp(DemModel model)
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
   if (model->contacts.on) {
     PetscCall(DemSetUpContacts_Internal(model));
+    if (model->rain.rate > 0) {
+      DemRainSleep_Internal(model);
+      PetscCall(DemRainFall_Internal(model));
+      PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
+    }
     PetscCall(DemContactsForce_Internal(model, 0));
   }
   PetscCall(DemToolsForce_Internal(model, 0)); /* those that press from the start */
+  if (model->rain.rate > 0) DemContactsStill_Internal(model);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

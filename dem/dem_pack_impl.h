@@ -16,5 +16,8 @@ PetscErrorCode DemPackStart(const DemBodySearch *search, PetscInt n, PetscReal r
 PetscErrorCode DemPackRelax(const DemBodySearch *search, PetscInt n, PetscReal radius, PetscInt iterations, const PetscBool *seated, PetscReal *x,
                             PetscReal *r);
 
+/* Apart from each other, for loose grains; packing must be empty.  Eqs (5.80)-(5.82) */
+PetscErrorCode DemPackLoose(const DemBody *body, const DemPackingOptions *options, DemPacking *packing);
+
 /* Pairs with gap < reach (r_i + r_j), both ways: neighbours of i are nbr[start[i] .. start[i + 1]). Caller frees. */
 PetscErrorCode DemPackNeighbours(PetscInt dim, PetscInt n, const PetscReal *x, const PetscReal *r, PetscReal reach, PetscInt **start, PetscInt **nbr);

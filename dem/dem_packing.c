@@ -29,6 +29,11 @@ PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *op
   BaseCheckInput((radius > 0) != (options->count > 0) && !PetscIsInfOrNanReal(radius), PETSC_COMM_SELF,
                  "A packing is given by its mean radius or by its count, one of them above 0 (radius %.6g m, count %" PetscInt_FMT ")", (double)radius,
                  options->count);
+  if (options->porosity > 0) {
+    BaseCheckInput(options->porosity < 1, PETSC_COMM_SELF, "A porosity of %.6g leaves no room for grains; it must be less than 1 (porosity)", (double)options->porosity);
+    PetscCall(DemPackLoose(body, options, packing));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (PetscInt k = 0; k < body->n_simplices; k++) {
     const PetscReal *s = &body->simplex[3 * dim * k];
 

@@ -14,6 +14,7 @@ typedef struct {
   PetscInt  count;  /* wanted number; 0 = from radius */
   PetscInt  seed;
   PetscInt  iterations; /* of the gap functional; 0 = default */
+  PetscReal porosity;   /* > 0: grains apart from each other, at about this porosity; 0: close-packed */
 } DemPackingOptions;
 
 /* What the papers report and what a user checks. Design section 0 defines porosity and coordination. */
@@ -28,6 +29,8 @@ typedef struct {
 } DemPackingReport;
 
 PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *options, DemPacking *packing);
+/* Grains that come later (DemModelSetRain()): options->count of them, all at the body's middle until then. */
+PetscErrorCode DemPackingCreateRain(const DemBody *body, const DemPackingOptions *options, DemPacking *packing);
 /* Text table "x y z r" or "x,y,z,r", '#' comments; a centre outside the body or a bad line is PETSC_ERR_USER_INPUT with its line. */
 PetscErrorCode DemPackingRead(const char *file, const DemBody *body, DemPacking *packing);
 PetscErrorCode DemPackingWrite(const DemPacking *packing, const char *file);

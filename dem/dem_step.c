@@ -118,6 +118,7 @@ PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt)
   PetscReal work = 0;
 
   PetscFunctionBegin;
+  if (model->rain.rate > 0) PetscCall(DemRainFall_Internal(model));
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS | DEM_WITH_FAILURE));
   if (model->contacts.on) PetscCall(DemContactsForce_Internal(model, dt));
   if (model->n_tools) PetscCall(DemToolsForce_Internal(model, dt));

@@ -158,7 +158,7 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
 {
   DemModel       model = ctx;
   const PetscInt n = model->n;
-  PetscReal     *data[9] = {NULL}, *radius, *where = NULL;
+  PetscReal     *data[10] = {NULL}, *radius, *where = NULL;
   PetscInt      *start, *node, m = 0;
   unsigned char *type;
   OutputArray    array[12];
@@ -190,6 +190,19 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
     PetscCall(PetscMalloc1(3 * n, &data[2]));
     RotationVectors(model, data[2]);
     array[m++] = (OutputArray){"rotation", "rad", OUTPUT_POINT_DATA, 3, data[2]};
+  }
+  if (OutputWants(output, "orientation")) { /* w x y z; 2D: about z */
+    PetscCall(PetscMalloc1(4 * n, &data[9]));
+    for (PetscInt p = 0; p < n; p++) {
+      PetscReal *q = data[9] + 4 * model->at[p];
+
+      for (PetscInt d = 0; d < 4; d++) q[d] = model->dim == 3 ? model->rot[d * n + p] : 0;
+      if (model->dim == 2) {
+        q[0] = PetscCosReal(0.5 * model->rot[2 * n + p]);
+        q[3] = PetscSinReal(0.5 * model->rot[2 * n + p]);
+      }
+    }
+    array[m++] = (OutputArray){"orientation", "-", OUTPUT_POINT_DATA, 4, data[9]};
   }
   if (OutputWants(output, "stress")) {
     PetscCall(PetscMalloc1(6 * n, &data[3]));
@@ -233,7 +246,7 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
   if (model->n_tools) PetscCall(DemToolsWrite_Internal(model, output));
   if (OutputWants(output, "bonds") && model->bonds.n) PetscCall(DemWriteBonds_Internal(model, output));
   if (OutputWants(output, "damage") && model->crack.damage) PetscCall(DemWriteCracks_Internal(model, output));
-  for (PetscInt k = 0; k < 9; k++) PetscCall(PetscFree(data[k]));
+  for (PetscInt k = 0; k < 10; k++) PetscCall(PetscFree(data[k]));
   PetscCall(PetscFree4(start, node, type, radius));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -332,6 +345,7 @@ static PetscErrorCode StepperSave(void *ctx, Checkpoint c)
   PetscCall(CheckpointWriteReal(c, "dem/vstar", n, model->vstar));
   if (model->crack.damage) PetscCall(SaveCracks(model, c));
   if (model->contacts.on) PetscCall(DemContactsSave_Internal(model, c));
+  if (model->rain.rate > 0) PetscCall(DemRainSave_Internal(model, c));
   if (model->net) PetscCall(DemRuleSave_Internal(model, c));
   for (PetscInt k = 0; k < model->n_faces; k++) {
     PetscCall(BaseFormat(name, "dem/reaction_%" PetscInt_FMT, k));
@@ -368,6 +382,7 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint c)
   PetscCall(CheckpointReadReal(c, "dem/vstar", n, model->vstar));
   if (model->crack.damage) PetscCall(LoadCracks(model, c));
   if (model->contacts.on) PetscCall(DemContactsLoad_Internal(model, c));
+  if (model->rain.rate > 0) PetscCall(DemRainLoad_Internal(model, c));
   if (model->net) PetscCall(DemRuleLoad_Internal(model, c));
   model->time          = scalar[0];
   model->dt_last       = scalar[1];

@@ -342,8 +342,52 @@ static PetscErrorCode TestLarge(void)
 }
 CHECK_TEST(TestLarge)
 
+/* Grains laid out: nobody touches, nobody sticks out, the porosity is the one asked for or a little more; one that cannot be is refused.  Eqs (5.80)-(5.82) */
+static PetscErrorCode TestLoose(void)
+{
+  const PetscReal low[3] = {0, 0, 0}, size[3] = {0.05, 0.04, 0.06};
+
+  PetscFunctionBegin;
+  for (PetscInt dim = 2; dim <= 3; dim++) {
+    const DemPackingOptions options = {.radius = 1e-3, .spread = 0.2, .seed = 3, .porosity = dim == 2 ? 0.5 : 0.7};
+    DemPackingOptions       tight = options;
+    DemBody                 body;
+    DemPacking              packing, again = {0};
+    DemBodySearch           search;
+    PetscReal               solid = 0;
+
+    PetscCall(DemBodyCreateBox(dim, low, size, dim == 2 ? 0.01 : 1, &body));
+    PetscCall(DemPackingCreate(&body, &options, &packing));
+    PetscCall(DemPackingCreate(&body, &options, &again));
+    CheckTrue(packing.n == again.n);
+    CheckTrue(!memcmp(packing.x, again.x, 3 * (size_t)packing.n * sizeof(PetscReal)));
+    PetscCall(DemBodySearchCreate(&body, 2e-3, 2e-3, &search));
+    for (PetscInt p = 0; p < packing.n; p++) {
+      CheckTrue(DemBodySearchClear(&search, &packing.x[3 * p], packing.r[p] * (1 - 1e-8)));
+      solid += dim == 2 ? PETSC_PI * PetscSqr(packing.r[p]) * 0.01 : 4 * PETSC_PI / 3 * PetscPowReal(packing.r[p], 3);
+      for (PetscInt q = 0; q < p; q++) {
+        PetscReal d2 = 0;
+
+        for (PetscInt d = 0; d < dim; d++) d2 += PetscSqr(packing.x[3 * p + d] - packing.x[3 * q + d]);
+        if (d2 < PetscSqr(packing.r[p] + packing.r[q])) CheckAbove(d2, PetscSqr(packing.r[p] + packing.r[q]));
+      }
+    }
+    CheckAbove(1 - solid / DemBodyVolume(&body), options.porosity - 0.01);
+    CheckBelow(1 - solid / DemBodyVolume(&body), options.porosity + 0.05);
+    tight.porosity = dim == 2 ? 0.4 : 0.6; /* least: 1 - pi (1 + s^2/3) / 4 (1 + s)^2 = 0.447, 0.685 */
+    PetscCall(DemBodySearchDestroy(&search));
+    PetscCall(DemPackingDestroy(&packing));
+    PetscCall(DemPackingDestroy(&again));
+    CheckFails(DemPackingCreate(&body, &tight, &packing), PETSC_ERR_USER_INPUT, "leave a porosity of at least");
+    PetscCall(DemBodyDestroy(&body));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestLoose)
+
 static const struct CMUnitTest tests[] = {TEST(TestCylinder), TEST(TestBox),     TEST(TestNotches), TEST(TestSeeds),
-                                          TEST(TestPorosity), TEST(TestOptions), TEST(TestFiles)};
+                                          TEST(TestPorosity), TEST(TestOptions), TEST(TestFiles),
+                                          TEST(TestLoose)};
 static const struct CMUnitTest large[] = {TEST(TestLarge)};
 
 int main(int argc, char **argv)
