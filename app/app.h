@@ -94,6 +94,8 @@ typedef struct {
   AppMethod   method;
   AppTime     time;
   PetscBool   preload; /* time.preload: static */
+  PetscReal   balance[2];   /* of all forces on finite elements at the end of a run: force [N], moment [N m] */
+  PetscBool   corotational; /* bodies.*.mesh.rotation */
   PetscInt    n_parts;
   AppPart     part[APP_PARTS];
 

@@ -60,6 +60,26 @@ static PetscErrorCode SetElement(AppCase *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Every part's elements turn, or none do. */
+static PetscErrorCode Rotation(AppCase *c)
+{
+  const char *first = NULL, *rotation;
+  char        path[256];
+
+  PetscFunctionBegin;
+  for (PetscInt p = 0; p < c->n_parts; p++) {
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.mesh.rotation", c->part[p].name));
+    PetscCall(SceneGetString(c->scene, path, &rotation));
+    if (!first) first = rotation;
+    if (strcmp(first, rotation)) PetscCall(SceneFail(c->scene, path, "the bodies of one mesh turn alike: give each the same rotation"));
+    if (strcmp(rotation, "small") && c->method == APP_COUPLED) PetscCall(SceneFail(c->scene, path, "the elements of a coupled body are of small rotation, see docs/not-yet.md"));
+    if (strcmp(rotation, "small") && c->time != APP_EXPLICIT) PetscCall(SceneFail(c->scene, path, "corotational elements need time.method: explicit; other methods are of small rotation"));
+  }
+  PetscCall(FemModelSetRotation(c->fem, first && !strcmp(first, "corotational") ? FEM_COROTATIONAL : FEM_SMALL));
+  c->corotational = first && !strcmp(first, "corotational") ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode BuildFem(AppCase *c, PetscInt threads)
 {
   PetscReal velocity[3];
@@ -99,6 +119,7 @@ static PetscErrorCode BuildFem(AppCase *c, PetscInt threads)
   PetscCall(FemModelSetDamping(c->fem, c->part[0].mass_damping));
   PetscCall(FemModelSetStiffnessDamping(c->fem, c->part[0].stiffness_damping));
   PetscCall(FemModelSetLocalDamping(c->fem, c->part[0].local_damping));
+  PetscCall(Rotation(c));
   PetscCall(AppConditionsApply(c));
   AppCallAt(c->scene, "bodies", FemModelSetUp(c->fem));
   PetscCall(FemModelGetStepper(c->fem, &c->stepper));
@@ -260,6 +281,7 @@ static PetscErrorCode MakeSides(void *ctx, const CouplingSplit *split, const Dem
   c->made_fem++;
   PetscCall(FemModelSetKind(c->fem, CoupledKind(c), c->thickness));
   PetscCall(FemModelSetMethod(c->fem, FEM_EXPLICIT));
+  PetscCall(Rotation(c));
   PetscCall(SetElement(c));
   PetscCall(FemModelSetThreads(c->fem, c->threads));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.geometry", part->name));

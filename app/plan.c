@@ -241,17 +241,19 @@ static PetscErrorCode TimeWords(AppCase *c, size_t size, char words[])
 /* How systems are solved, and how often K is factorised; empty when nothing is solved. */
 static PetscErrorCode SolverWords(AppCase *c, PetscReal dofs, size_t size, char words[])
 {
-  PetscBool nearly = PETSC_FALSE;
-  PetscInt  times  = c->preload + (c->time != APP_EXPLICIT);
+  PetscReal poisson = -1;
+  PetscInt  times   = c->preload + (c->time != APP_EXPLICIT);
+  char      name[128], ending[64];
 
   PetscFunctionBegin;
   words[0] = 0;
   if (!times) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt p = 0; p < c->n_parts; p++)
-    if (c->part[p].poisson > 0.49) nearly = PETSC_TRUE;
-  if (c->time == APP_MODAL || FemSolverIsDirect(c->dim, dofs, nearly))
-    PetscCall(PetscSNPrintf(words, size, "Cholesky (%s), %d factorisation%s%s", c->size == 1 ? "CHOLMOD" : "MUMPS", (int)times, times > 1 ? "s" : "", c->time == APP_EXPLICIT ? " before the first step" : c->time == APP_MODAL ? "" : " for all steps"));
-  else PetscCall(PetscSNPrintf(words, size, "conjugate gradients with multigrid, set up %s", times > 1 ? "twice" : "once"));
+  for (PetscInt p = 0; p < c->n_parts; p++) poisson = PetscMax(poisson, c->part[p].poisson);
+  if (c->time == APP_MODAL) PetscCall(BaseFormat(name, "Cholesky (%s)", c->size == 1 ? "CHOLMOD" : "MUMPS"));
+  else PetscCall(FemSolverWords(c->dim, dofs, poisson, c->size, sizeof(name), name));
+  if (!strncmp(name, "Cholesky", 8)) PetscCall(BaseFormat(ending, ", %d factorisation%s%s", (int)times, times > 1 ? "s" : "", c->time == APP_EXPLICIT ? " before the first step" : c->time == APP_MODAL ? "" : " for all steps"));
+  else PetscCall(BaseFormat(ending, ", set up %s", times > 1 ? "twice" : "once"));
+  PetscCall(PetscSNPrintf(words, size, "%s%s", name, ending));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -265,7 +265,7 @@ static PetscErrorCode WarnTurn(AppCase *c, AppEnd *end)
   PetscReal       turn = 0;
 
   PetscFunctionBegin;
-  if (!c->fem) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!c->fem || c->corotational) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FemModelGetTurn(c->fem, &turn));
   turn *= 180 / PETSC_PI;
   if (!(turn > most)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -349,6 +349,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   PetscCall(AppSidesNow(&c));
   PetscCall(AppCracksWrite(&c, directory));
   if (!code) PetscCall(WarnTurn(&c, &end));
+  if (!code && c.method == APP_FEM && c.time != APP_MODAL) PetscCall(FemModelGetBalance(c.fem, &c.balance[0], &c.balance[1]));
   if (!code) PetscCall(WarnOfHaste(&c, &end));
   PetscCall(AppSwitchesWrite(&c, directory, &end));
   if (!options->no_plots) PetscCall(Plots(&c, directory, &end));

@@ -170,6 +170,13 @@ static PetscErrorCode RunJson(AppCase *c, const RunSummary *run, Json *json)
   if (c->fem) {
     FemReadings readings;
 
+    if (c->method == APP_FEM && c->time != APP_MODAL) {
+      PetscCall(JsonBeginObject(json, "balance"));
+      PetscCall(JsonReal(json, "force_N", c->balance[0]));
+      PetscCall(JsonReal(json, "moment_Nm", c->balance[1]));
+      PetscCall(JsonEnd(json));
+    }
+
     PetscCall(FemModelGetReadings(c->fem, &readings));
     if (readings.error_known) {
       PetscCall(JsonBeginObject(json, "element_error"));

@@ -1,7 +1,7 @@
 /*
-  fem_static.c - seconds and tip of a cantilever (8 x 1 x 1, end shear), set-up and one solve.
+  fem_static.c - seconds, iterations and tip of a cantilever (8 x 1 x 1, end shear), set-up and one solve.
 
-  bench/fem_static [cells across, default 16] [gmsh type, 5 = hex8 or 4 = tet4] [PETSC OPTIONS, such as -fem_pc_type gamg]
+  bench/fem_static [cells across, default 16] [gmsh type, 5 = hex8, 4 = tet4, 11 = tet10] [Poisson's ratio, default 0.3] [PETSC OPTIONS, such as -fem_pc_type gamg]
 */
 #include "fem.h"
 #include <petsctime.h>
@@ -10,10 +10,11 @@
 int main(int argc, char **argv)
 {
   const PetscReal   origin[3] = {0, 0, 0}, length[3] = {8, 1, 1}, up[3] = {0, 0, 1};
-  const FemMaterial m         = {7850, 210e9, 0.3};
+  const FemMaterial m         = {7850, 210e9, argc > 3 && argv[3][0] != '-' ? atof(argv[3]) : 0.3};
   PetscLogDouble    t[4], memory;
   PetscReal         tip;
   PetscInt          n[3], dofs;
+  FemReadings       readings;
   FemModel          model;
   Stepper           s;
   Table             load, zero;
@@ -41,8 +42,9 @@ int main(int argc, char **argv)
   PetscCall(PetscTime(&t[3]));
   PetscCall(s.history(s.ctx, 2, &tip));
   PetscCall(FemModelGetCounts(model, NULL, NULL, &dofs));
+  PetscCall(FemModelGetReadings(model, &readings));
   PetscCall(PetscMemoryGetCurrentUsage(&memory));
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d unknowns: mesh %.2f s, set-up %.2f s, factor and solve %.2f s, tip %.6g m, memory now %.0f MiB on rank 0\n", (int)dofs, t[1] - t[0], t[2] - t[1], t[3] - t[2], (double)tip, memory / 1048576));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d unknowns: mesh %.2f s, set-up %.2f s, factor and solve %.2f s, %d iterations, tip %.6g m, memory now %.0f MiB on rank 0\n", (int)dofs, t[1] - t[0], t[2] - t[1], t[3] - t[2], (int)readings.iterations, (double)tip, memory / 1048576));
   PetscCall(FemModelDestroy(&model));
   PetscCall(MeshDestroy(&mesh));
   PetscCall(TableDestroy(&load));

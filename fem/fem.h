@@ -11,6 +11,8 @@ typedef enum { FEM_STATIC, FEM_EXPLICIT, FEM_IMPLICIT, FEM_MODAL } FemMethod;
 typedef enum { FEM_DISPLACEMENT, FEM_VELOCITY } FemMotion;
 typedef enum { FEM_ENHANCED, FEM_FULL } FemElement; /* quad4 and hex8: free of locking, or plain with full integration */
 
+typedef enum { FEM_SMALL, FEM_COROTATIONAL } FemRotation;
+
 typedef struct {
   PetscReal density; /* [kg/m3] */
   PetscReal young;   /* [Pa] */
@@ -63,6 +65,8 @@ PetscErrorCode FemModelSetStiffnessDamping(FemModel model, PetscReal beta); /* C
 PetscErrorCode FemModelSetImplicit(FemModel model, PetscReal rho_inf, PetscBool lumped);
 /* Dynamics that begin at rest in static equilibrium with the loads and supports of t = 0. Eq. (2.58) */
 PetscErrorCode FemModelSetPreload(FemModel model, PetscBool preload);
+/* Elements that turn as far as they like, of small strain in axes that turn with each. Explicit, isotropic. Eqs (2.86)-(2.89) */
+PetscErrorCode FemModelSetRotation(FemModel model, FemRotation rotation);
 /* A facet group that lets waves out: dashpots rho c_p and rho c_s of the material behind it. Eqs (2.60)-(2.62) */
 PetscErrorCode FemModelAddAbsorber(FemModel model, const char *group);
 PetscErrorCode FemModelSetLocalDamping(FemModel model, PetscReal alpha); /* non-viscous, in [0, 1), eq. (5.3); explicit only */
@@ -87,8 +91,10 @@ PetscErrorCode FemModelSetCellWeights(FemModel model, const PetscReal weight[]);
 PetscErrorCode FemModelSetExtraMass(FemModel model, const PetscReal mass[]);
 
 PetscErrorCode FemModelSetUp(FemModel model);
-/* Static and implicit: is a body of so many unknowns solved by a Cholesky factor (or by conjugate gradients with multigrid)? */
-PetscBool FemSolverIsDirect(PetscInt dim, PetscReal dofs, PetscBool nearly_incompressible);
+/* How systems with a body's matrix are solved: a rule by size, Poisson's ratio and ranks, or what -fem_ksp_type and -fem_pc_type say. */
+typedef enum { FEM_CHOLMOD, FEM_MUMPS, FEM_MULTIGRID } FemSolver;
+FemSolver      FemSolverRule(PetscInt dim, PetscReal dofs, PetscReal poisson, PetscInt ranks); /* poisson: the largest of the body */
+PetscErrorCode FemSolverWords(PetscInt dim, PetscReal dofs, PetscReal poisson, PetscInt ranks, size_t size, char words[]); /* options included */
 
 /* Explicit: 2/omega_max by power iteration to 1 %, and the rigorous element bound that never exceeds it.
    Static: PETSC_MAX_REAL. Eq. (2.12). sets: which element sets it, for the plan. */
@@ -120,12 +126,16 @@ typedef struct {
   PetscInt  recoveries, patches; /* of the whole body, done so far; patches fitted, those for probes too */
   PetscBool error_known;
   PetscReal error_share, error_norm; /* [-], [sqrt(J)] the last estimate asked for */
+  PetscInt  iterations;              /* of the last solve with a matrix; 1 with a factor, 0 when nothing was solved */
+  PetscInt  turns;                   /* forces of a corotational element worked out on this rank */
 } FemReadings;
 PetscErrorCode FemModelGetReadings(FemModel model, FemReadings *readings);
 PetscErrorCode FemModelGetState(FemModel model, FemState *state);
 PetscErrorCode FemModelRestoreState(FemModel model, FemState *state);
 /* Largest turn of an element [rad] now or at a frame before: a small-strain body takes 1 - cos of it for strain. Eq. (2.85). Collective. */
 PetscErrorCode FemModelGetTurn(FemModel model, PetscReal *angle);
+/* What is left of all forces on the body [N], and of their moment [N m]; round-off in a sound run. Eq. (2.84). Collective. */
+PetscErrorCode FemModelGetBalance(FemModel model, PetscReal *force, PetscReal *moment);
 PetscErrorCode FemModelGetCounts(FemModel model, PetscInt *nodes, PetscInt *elements, PetscInt *dofs); /* global */
 
 /* Sub-steps, for a coupling: elements with inner[] true (the mesh's order of top-dimension cells) and their nodes go in m steps of dt, the

@@ -4,7 +4,7 @@
 /*
   FemBalance - loads + reactions - inertia - drag of the whole body, and their moment about the origin; zero but for round-off
 
-  value [6] out: force [N], moment [N m]; in the plane xy and about z. Where the drag is known to the step alone (sub-steps, local damping, methods
+  value [6] out: force [N], moment [N m] about places at rest, of corotational elements about present places; in the plane xy and about z. Where the drag is known to the step alone (sub-steps, local damping, methods
   other than these two) the sum of the internal forces, which must vanish likewise. The level has been closed.
 */
 PetscErrorCode FemBalance(FemModel model, PetscReal value[6])
@@ -22,7 +22,7 @@ PetscErrorCode FemBalance(FemModel model, PetscReal value[6])
     for (PetscInt d = 0; d < dim; d++) {
       const PetscInt k = i * dim + d;
 
-      x[d] = model->x[k];
+      x[d] = model->x[k] + (model->corotate.on ? model->u[k] : 0);
       f[d] = model->f_app[k] + outside[k] + model->reaction[k];
       if (moving && h > 0) f[d] -= model->mass[i] * ((model->v_next[k] - model->v[k]) / h + model->alpha * (model->started ? 0.5 * (model->v[k] + model->v_next[k]) : model->v[k]));
       if (moving && (inner || !(h > 0))) f[d] = model->f_int[k];

@@ -128,7 +128,9 @@ static PetscErrorCode LargestEigenvalue(FemModel model, PetscReal tolerance, Pet
   for (PetscInt j = 0; j < most && beta >= 0; j++) {
     for (PetscInt k = 0; k < n; k++) y[k] = scale[k] * q[k];
     PetscCall(FemGhosts(model, y));
+    model->corotate.linear = PETSC_TRUE;
     PetscCall(FemApply(model, y, r));
+    model->corotate.linear = PETSC_FALSE;
     for (PetscInt k = 0; k < n; k++) r[k] *= scale[k];
     FrameFree(model, r);
     for (PetscInt k = 0; k < n; k++) r[k] -= beta * q_old[k];

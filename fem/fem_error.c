@@ -63,7 +63,7 @@ PetscErrorCode FemModelComputeError(FemModel model, PetscReal *share, PetscReal 
 PetscErrorCode FemModelGetReadings(FemModel model, FemReadings *readings)
 {
   PetscFunctionBegin;
-  *readings = (FemReadings){0, 0, model->error_known, model->error_share, model->error_norm};
+  *readings = (FemReadings){0, 0, model->error_known, model->error_share, model->error_norm, model->iterations, model->corotate.count};
   if (model->recovery) {
     readings->recoveries = model->recovery->count;
     readings->patches    = model->recovery->patches;

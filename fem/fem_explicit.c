@@ -15,11 +15,11 @@ PetscErrorCode FemExplicitSetUp(FemModel model)
   PetscReal      energy = 0;
 
   PetscFunctionBegin;
-  if (model->operator == FEM_ROWS) PetscCall(FemRowsCreate(model));
+  if (model->operator == FEM_ROWS && !model->corotate.on) PetscCall(FemRowsCreate(model));
   else PetscCall(FemElementsCreate(model));
   PetscCall(FemStart(model));
-  for (PetscInt k = 0; k < model->n_own * dim; k++) energy += 0.5 * (model->mass[k / dim] * model->v[k] * model->v[k] + model->u[k] * model->f_int[k]);
-  energy += FemPrestressEnergy(model);
+  for (PetscInt k = 0; k < model->n_own * dim; k++) energy += 0.5 * model->mass[k / dim] * model->v[k] * model->v[k];
+  energy += FemStrainEnergy(model) + FemPrestressEnergy(model);
   PetscCall(FemSum(model, 1, &energy));
   model->initial = energy;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -148,6 +148,14 @@ typedef struct {
   PetscReal  kinetic; /* [J] of the present level, this rank's part */
 } FemImplicit;
 
+/* Elements that turn.  fem_corotate.c */
+typedef struct {
+  PetscBool  on, linear; /* linear: forces as at rest, for the critical step */
+  PetscReal *mean;   /* mean gradients of each element's shape functions, as cell_f [1/m] */
+  PetscReal *energy; /* [n_cells] [J] at the last forces */
+  PetscInt   count;  /* forces of an element so far */
+} FemCorotate;
+
 typedef enum { FEM_ROWS, FEM_ELEMENTS } FemOperator;
 
 typedef struct _FemRecovery *FemRecovery; /* fem_recover.h; NULL until a recovered field, an error or a probe is asked for */
@@ -214,6 +222,7 @@ struct _p_FemModel {
   FemInner    inner;
   FemAbsorb   absorb;
   FemImplicit implicit;
+  FemCorotate corotate;
   PetscReal   bound, critical, scale; /* [s], [s] 0 = not yet computed, [J] */
   PetscReal  *cell_dN, *cell_w, *cell_f; /* element operator: gradients (enhanced: stiffness), weights, forces */
   PetscInt   *cell_point, *cell_at;      /* [n_cells] first point, first entry of dN; */
@@ -239,6 +248,7 @@ struct _p_FemModel {
   KSP      ksp;
   Vec      rhs, solution;
   PetscReal diagonal;
+  PetscInt  iterations; /* of the last solve */
   Stepper   stepper;
 
   /* read off on request */
@@ -309,7 +319,16 @@ PetscReal      FemCellThicker(FemModel model, PetscInt cell); /* plane stress: w
 PetscErrorCode FemPrestressDestroy(FemModel model);
 /* fem_check.c */
 PetscErrorCode FemBalance(FemModel model, PetscReal value[6]);
+/* fem_corotate.c */
+PetscErrorCode FemCorotateCheck(FemModel model);
+PetscErrorCode FemCorotateCreate(FemModel model);
+PetscErrorCode FemCorotateDestroy(FemModel model);
+PetscInt       FemCorotateForces(FemModel model, const PetscReal *u);
+void           FemCorotateSee(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal *d, PetscReal R[3][3]);
+void           FemTurnStress(const PetscReal R[3][3], PetscReal s[6]); /* Voigt, from an element's axes */
+PetscReal      FemStrainEnergy(FemModel model); /* [J] of owned nodes or elements, prestress apart */
 /* fem_operator.c */
+void           FemCellStoredForce(FemModel model, PetscInt c, const PetscReal *ue, PetscReal *f); /* explicit, after FemElementsCreate() */
 PetscErrorCode FemRowsCreate(FemModel model);
 PetscErrorCode FemRowsFill(FemModel model, const PetscBool *flag, PetscBool take, PetscReal *value); /* of cells whose flag is take; flag NULL: all */
 PetscErrorCode FemRowsDestroy(FemModel model);

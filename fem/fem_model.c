@@ -398,6 +398,7 @@ PetscErrorCode FemModelSetUp(FemModel model)
   BaseCheckInput(model->local == 0 || model->method == FEM_EXPLICIT, model->comm, "Local damping needs the explicit method; use viscous damping");
   BaseCheckInput(!model->pre.n_heat || model->method != FEM_IMPLICIT, model->comm, "%s: temperature in implicit dynamics is not covered; run it static or explicit", model->source);
   BaseCheckInput(!model->pre.n || model->method != FEM_MODAL, model->comm, "%s: in-situ stress and temperature do not change the frequencies of a body at small strain; take them out of a modal run", model->source);
+  PetscCall(FemCorotateCheck(model));
   PetscCall(FemSetUpAbsorbers(model));
   if (model->method == FEM_STATIC) PetscCall(FemStaticSetUp(model));
   else if (model->method == FEM_IMPLICIT) PetscCall(FemImplicitSetUp(model));

@@ -165,6 +165,7 @@ PetscErrorCode FemElementsCreate(FemModel model)
     if (FemCellEnhanced(model, c)) FemCellStiffness(model, c, &model->cell_dN[model->cell_at[c]]);
     else FemCellGeometry(model, c, &model->cell_dN[model->cell_at[c]], &model->cell_w[model->cell_point[c]]);
   PetscCall(BuildTouch(model, &model->touch_start, &model->touch));
+  PetscCall(FemCorotateCreate(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -175,6 +176,7 @@ PetscErrorCode FemElementsDestroy(FemModel model)
   PetscCall(PetscFree3(model->cell_w, model->cell_dN, model->cell_f));
   PetscCall(PetscFree(model->touch_start));
   PetscCall(PetscFree(model->touch));
+  PetscCall(FemCorotateDestroy(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -239,28 +241,45 @@ static void ApplyRows(FemModel model, const PetscReal *u, PetscReal *f)
   }
 }
 
-static void ApplyElements(FemModel model, const PetscReal *u, PetscReal *f)
+void FemCellStoredForce(FemModel model, PetscInt c, const PetscReal *ue, PetscReal *f)
 {
-  const PetscInt  threads = model->threads, dim = model->dim;
-  const PetscBool stored = model->method == FEM_EXPLICIT ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal *at = &model->cell_dN[model->cell_at[c]];
+  const PetscInt   n  = (model->cell_start[c + 1] - model->cell_start[c]) * model->dim;
 
-#pragma omp parallel for schedule(static) num_threads(threads)
+  if (!FemCellEnhanced(model, c)) FemForce(FemShapeGet((MeshCellType)model->cell_type[c]), &model->law[model->cell_material[c]], at, &model->cell_w[model->cell_point[c]], ue, f);
+  else
+    for (PetscInt i = 0; i < n; i++) {
+      PetscReal sum = 0;
+
+      for (PetscInt j = 0; j < n; j++) sum += at[i * n + j] * ue[j];
+      f[i] = sum;
+    }
+}
+
+/* cell_f at displacement u */
+static void CellForces(FemModel model, const PetscReal *u)
+{
+#pragma omp parallel for schedule(static) num_threads(model->threads)
   for (PetscInt c = 0; c < model->n_cells; c++) {
-    PetscReal        ue[FEM_MAX_DOFS], *f = &model->cell_f[model->cell_start[c] * dim];
-    const PetscReal *at = stored ? &model->cell_dN[model->cell_at[c]] : NULL;
-    const PetscInt   n  = (model->cell_start[c + 1] - model->cell_start[c]) * dim;
+    PetscReal ue[FEM_MAX_DOFS], *f = &model->cell_f[model->cell_start[c] * model->dim];
 
     FemCellGather(model, c, u, ue);
-    if (!stored) FemCellForce(model, c, ue, f);
-    else if (!FemCellEnhanced(model, c)) FemForce(FemShapeGet((MeshCellType)model->cell_type[c]), &model->law[model->cell_material[c]], at, &model->cell_w[model->cell_point[c]], ue, f);
-    else
-      for (PetscInt i = 0; i < n; i++) {
-        PetscReal sum = 0;
-
-        for (PetscInt j = 0; j < n; j++) sum += at[i * n + j] * ue[j];
-        f[i] = sum;
-      }
+    if (model->method == FEM_EXPLICIT) FemCellStoredForce(model, c, ue, f);
+    else FemCellForce(model, c, ue, f);
   }
+}
+
+static PetscErrorCode ApplyElements(FemModel model, const PetscReal *u, PetscReal *f)
+{
+  const PetscInt threads = model->threads, dim = model->dim;
+
+  PetscFunctionBegin;
+  if (model->corotate.on && !model->corotate.linear) {
+    PetscInt bad = FemCorotateForces(model, u);
+
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &bad, 1, MPIU_INT, MPI_MIN, model->comm));
+    PetscCheck(bad == PETSC_MAX_INT, model->comm, PETSC_ERR_FP, "%s: element %d of the body is turned inside out; the step is too long, or the load too much for elastic elements", model->source, (int)bad);
+  } else CellForces(model, u);
 #pragma omp parallel for schedule(static) num_threads(threads)
   for (PetscInt i = 0; i < model->n_own; i++) {
     PetscReal sum[3] = {0, 0, 0};
@@ -272,6 +291,7 @@ static void ApplyElements(FemModel model, const PetscReal *u, PetscReal *f)
     }
     for (PetscInt d = 0; d < dim; d++) f[i * dim + d] = sum[d];
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode FemApply(FemModel model, const PetscReal *u, PetscReal *f)
@@ -279,7 +299,7 @@ PetscErrorCode FemApply(FemModel model, const PetscReal *u, PetscReal *f)
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(FEM_Force, 0, 0, 0, 0));
   if (model->rows.value) ApplyRows(model, u, f);
-  else ApplyElements(model, u, f);
+  else PetscCall(ApplyElements(model, u, f));
   PetscCall(PetscLogEventEnd(FEM_Force, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

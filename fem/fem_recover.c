@@ -66,6 +66,12 @@ void FemReadCell(FemModel model, PetscInt cell, PetscBool own, FemReading *readi
   reading->cell = cell;
   FemCellPlaces(model, cell, reading->x);
   FemCellGather(model, cell, model->u, reading->u);
+  if (model->corotate.on) {
+    PetscReal u[FEM_MAX_DOFS];
+
+    FemCellGather(model, cell, model->u, u);
+    FemCorotateSee(model, cell, u, reading->u, reading->turn);
+  }
   reading->own = own ? FemCellOwn(model, cell, reading->u, &reading->modes, reading->amount) : PETSC_FALSE;
 }
 
@@ -85,6 +91,13 @@ PetscReal FemRawStress(FemModel model, const FemReading *reading, const FemPoint
   }
   if (reading->own) FemModesAdd(shape, &reading->modes, reading->amount, points->xi[q], det, e);
   FemStressOf(dim, &model->law[model->cell_material[reading->cell]], e, s);
+  if (model->corotate.on) { /* eq. (2.89) */
+    PetscReal six[6] = {0};
+
+    for (PetscInt i = 0; i < FEM_PARTS(dim); i++) six[dim == 2 && i == 2 ? 3 : i] = s[i];
+    FemTurnStress(reading->turn, six);
+    for (PetscInt i = 0; i < FEM_PARTS(dim); i++) s[i] = six[dim == 2 && i == 2 ? 3 : i];
+  }
   return det;
 }
 

@@ -53,6 +53,7 @@ PetscInt       FemSlotOf(const struct _FemRecovery *r, PetscInt node, PetscInt l
 typedef struct {
   PetscInt  cell;
   PetscReal x[FEM_MAX_DOFS], u[FEM_MAX_DOFS];
+  PetscReal turn[3][3]; /* of a corotational element: u is then the motion from its own axes */
   PetscBool own;
   FemModes  modes;
   PetscReal amount[FEM_MODES];

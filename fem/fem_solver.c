@@ -8,8 +8,9 @@
 */
 #include "fem_impl.h"
 
-/* Above so many dofs in 3D (2D, or nearly incompressible: ten times) multigrid beats the factor; times in fem/README.md. */
+/* Up to so many dofs in 3D and at a Poisson's ratio of 0.3 a factor serves better than multigrid; times in fem/README.md. */
 #define DIRECT_MOST_3D 20000
+#define MULTIGRID_LOST 0.4999 /* Poisson's ratio beyond which multigrid would need more iterations than it is given, likewise */
 
 /* value [start[n_own]][dim][dim] in the pattern of model->rows, seen from frames; rows and columns of fixed dofs become d I, d = *diagonal (NULL: zero). */
 PetscErrorCode FemMatrixCreate(FemModel model, const PetscReal *value, PetscReal *diagonal, Mat *matrix)
@@ -116,26 +117,65 @@ static PetscErrorCode Prefer(const char *name, const char *value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Multigrid loses its grip there. */
-static PetscBool NearlyIncompressible(FemModel model)
+FemSolver FemSolverRule(PetscInt dim, PetscReal dofs, PetscReal poisson, PetscInt ranks)
 {
-  for (PetscInt r = 0; r < model->n_regions; r++)
-    if (model->region[r].material.poisson > 0.49) return PETSC_TRUE;
-  return PETSC_FALSE;
+  const PetscReal more = poisson > 0.3 ? PetscSqrtReal(0.4 / PetscMax(1 - 2 * poisson, 1e-12)) : 1; /* eq. (2.82): as the iterations of multigrid grow */
+  const PetscReal most = DIRECT_MOST_3D * PetscMin(10, (dim == 3 ? 1 : 10) * more);
+
+  return dofs > most && poisson <= MULTIGRID_LOST ? FEM_MULTIGRID : ranks == 1 ? FEM_CHOLMOD : FEM_MUMPS;
 }
 
-PetscBool FemSolverIsDirect(PetscInt dim, PetscReal dofs, PetscBool nearly_incompressible)
+/* The rule, unless -fem_pc_type asks for a factor or for multigrid: then with all that goes with it. */
+static PetscErrorCode RuleOrOptions(PetscInt dim, PetscReal dofs, PetscReal poisson, PetscInt ranks, FemSolver *rule)
 {
-  return dofs <= (dim == 3 && !nearly_incompressible ? 1.0 : 10.0) * DIRECT_MOST_3D ? PETSC_TRUE : PETSC_FALSE;
+  PetscBool has, gamg, cholesky;
+  char      pc[64];
+
+  PetscFunctionBegin;
+  *rule = FemSolverRule(dim, dofs, poisson, ranks);
+  PetscCall(PetscOptionsGetString(NULL, "fem_", "-pc_type", pc, sizeof(pc), &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrcmp(pc, PCGAMG, &gamg));
+  PetscCall(PetscStrcmp(pc, PCCHOLESKY, &cholesky));
+  if (gamg) *rule = FEM_MULTIGRID;
+  if (cholesky) *rule = ranks == 1 ? FEM_CHOLMOD : FEM_MUMPS;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemSolverWords(PetscInt dim, PetscReal dofs, PetscReal poisson, PetscInt ranks, size_t size, char words[])
+{
+  static const char *const names[] = {"Cholesky (CHOLMOD)", "Cholesky (MUMPS)", "conjugate gradients with multigrid (GAMG on the rigid-body modes)"}; /* FemSolver */
+  FemSolver                rule;
+  char                     ksp[64], pc[64];
+  PetscBool                has_ksp, has_pc;
+
+  PetscFunctionBegin;
+  PetscCall(RuleOrOptions(dim, dofs, poisson, ranks, &rule));
+  PetscCall(PetscOptionsGetString(NULL, "fem_", "-ksp_type", ksp, sizeof(ksp), &has_ksp));
+  PetscCall(PetscOptionsGetString(NULL, "fem_", "-pc_type", pc, sizeof(pc), &has_pc));
+  if (!has_ksp) PetscCall(PetscStrncpy(ksp, rule == FEM_MULTIGRID ? KSPCG : KSPPREONLY, sizeof(ksp)));
+  if (!has_pc) PetscCall(PetscStrncpy(pc, rule == FEM_MULTIGRID ? PCGAMG : PCCHOLESKY, sizeof(pc)));
+  if (has_ksp || has_pc) PetscCall(PetscSNPrintf(words, size, "%s with %s, by the options given", ksp, pc));
+  else PetscCall(PetscStrncpy(words, names[rule], size));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscReal LargestPoisson(FemModel model)
+{
+  PetscReal largest = -1;
+
+  for (PetscInt r = 0; r < model->n_regions; r++) largest = PetscMax(largest, model->region[r].material.poisson);
+  return largest;
 }
 
 PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value)
 {
-  const PetscBool direct = FemSolverIsDirect(model->dim, (PetscReal)model->N_nodes * model->dim, NearlyIncompressible(model));
-  PetscBool       preonly;
-  PC              pc;
+  FemSolver rule;
+  PetscBool preonly;
+  PC        pc;
 
   PetscFunctionBegin;
+  PetscCall(RuleOrOptions(model->dim, (PetscReal)model->N_nodes * model->dim, LargestPoisson(model), model->size, &rule));
   PetscCall(FemMatrixCreate(model, value, &model->diagonal, &model->K));
   PetscCall(MatSetOption(model->K, MAT_SPD, PETSC_TRUE));
   PetscCall(MatSetOption(model->K, MAT_SPD_ETERNAL, PETSC_TRUE));
@@ -145,10 +185,10 @@ PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value)
   PetscCall(KSPSetOptionsPrefix(model->ksp, "fem_"));
   PetscCall(KSPSetOperators(model->ksp, model->K, model->K));
   PetscCall(KSPGetPC(model->ksp, &pc));
-  if (direct) {
+  if (rule != FEM_MULTIGRID) {
     PetscCall(KSPSetType(model->ksp, KSPPREONLY));
     PetscCall(PCSetType(pc, PCCHOLESKY));
-    PetscCall(PCFactorSetMatSolverType(pc, model->size == 1 ? MATSOLVERCHOLMOD : MATSOLVERMUMPS));
+    PetscCall(PCFactorSetMatSolverType(pc, rule == FEM_CHOLMOD ? MATSOLVERCHOLMOD : MATSOLVERMUMPS));
   } else {
     static const char *const ours[][2] = {{"-fem_pc_gamg_agg_nsmooths", "1"},          {"-fem_pc_gamg_aggressive_coarsening", "1"}, {"-fem_pc_gamg_threshold", "0.001"}, {"-fem_pc_gamg_coarse_eq_limit", "200"},
                                           {"-fem_pc_gamg_esteig_ksp_type", "cg"},      {"-fem_pc_gamg_esteig_ksp_max_it", "10"},    {"-fem_mg_levels_ksp_type", "chebyshev"}, {"-fem_mg_levels_ksp_max_it", "2"},
@@ -182,6 +222,7 @@ PetscErrorCode FemSolverSolve(FemModel model)
   PetscCheck(!code, model->comm, PETSC_ERR_NOT_CONVERGED, "%s: the system could not be solved (PETSc error %d); a part held only by a hinge or a single node makes it singular", model->source, (int)code);
   PetscCall(KSPGetConvergedReason(model->ksp, &reason));
   PetscCall(KSPGetIterationNumber(model->ksp, &iterations));
+  model->iterations = iterations;
   words = KSPConvergedReasons;
   PetscCheck(reason > 0, model->comm, PETSC_ERR_NOT_CONVERGED, "%s: the solver gave up after %d iterations (%s); a part held only by a hinge or a single node, or a Poisson's ratio near 0.5, can cause it; try -- -fem_ksp_type preonly -fem_pc_type cholesky",
              model->source, (int)iterations, words[reason]);

@@ -33,6 +33,19 @@ PetscReal FemVelocityOf(FemModel model, PetscInt k)
   return model->method == FEM_EXPLICIT && model->started ? 0.5 * (model->v[k] + model->v_next[k]) : model->v[k];
 }
 
+PetscErrorCode FemModelGetBalance(FemModel model, PetscReal *force, PetscReal *moment)
+{
+  PetscReal all[6];
+
+  PetscFunctionBegin;
+  PetscCheck(model && model->ready, PETSC_COMM_SELF, PETSC_ERR_ORDER, "Call FemModelSetUp() first");
+  PetscCall(Close(model));
+  PetscCall(FemBalance(model, all));
+  *force  = PetscSqrtReal(all[0] * all[0] + all[1] * all[1] + all[2] * all[2]);
+  *moment = PetscSqrtReal(all[3] * all[3] + all[4] * all[4] + all[5] * all[5]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Eqs (2.16), (2.20) */
 static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
 {
@@ -42,7 +55,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
 
   PetscFunctionBegin;
   PetscCall(Close(model));
-  sum[1] = 0.5 * FemDot(model, model->u, model->f_int) + FemPrestressEnergy(model);
+  sum[1] = FemStrainEnergy(model) + FemPrestressEnergy(model);
   if (model->method == FEM_EXPLICIT) {
     if (model->inner.m > 1) sum[0] = model->inner.kinetic;
     else for (PetscInt k = 0; k < n; k++) sum[0] += 0.5 * model->mass[k / model->dim] * model->v[k] * (model->started ? model->v_next[k] : model->v[k]);
@@ -166,12 +179,19 @@ static PetscErrorCode CellField(FemModel model, PetscBool stress, PetscReal *own
 {
   PetscFunctionBegin;
   for (PetscInt c = 0; c < model->n_cells; c++) {
-    PetscReal dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], u[FEM_MAX_DOFS];
+    PetscReal dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], u[FEM_MAX_DOFS], R[3][3];
 
     if (!model->own[c]) continue;
     FemCellGeometry(model, c, dN, w);
     FemCellGather(model, c, model->u, u);
+    if (model->corotate.on) {
+      PetscReal d[FEM_MAX_DOFS];
+
+      FemCorotateSee(model, c, u, d, R);
+      PetscCall(PetscArraycpy(u, d, FEM_MAX_DOFS));
+    }
     FemMeanStress(FemShapeGet((MeshCellType)model->cell_type[c]), &model->law[model->cell_material[c]], dN, w, u, stress ? NULL : &own[6 * c], stress ? &own[6 * c] : NULL);
+    if (stress && model->corotate.on) FemTurnStress(R, &own[6 * c]);
     if (stress && model->pre.n) {
       PetscReal more[6];
 

@@ -251,6 +251,7 @@ PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], Pe
   PetscReal      *value;
 
   PetscFunctionBegin;
+  PetscCheck(!model->corotate.on, model->comm, PETSC_ERR_SUP, "Corotational elements go in one step, all together");
   PetscCheck(model->ready && model->method == FEM_EXPLICIT && model->size == 1 && !model->started, model->comm, PETSC_ERR_ORDER, "Sub-steps are set on one rank, after set-up and before the first explicit step");
   PetscCheck(whole > 0, model->comm, PETSC_ERR_ORDER, "Ask for the critical step before elements are set apart");
   BaseCheckInput(m == 1 || model->operator == FEM_ROWS, model->comm, "Sub-steps need assembled rows; leave out -fem_elements, or take one step");

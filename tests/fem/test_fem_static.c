@@ -405,6 +405,68 @@ static PetscErrorCode TestMultigridAgreesWithFactor(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The rule by size, Poisson's ratio and ranks, eq. (2.82), as a plan names it; options overrule it, and are named. */
+static PetscErrorCode TestSolverIsNamed(void)
+{
+  char words[128];
+
+  PetscFunctionBeginUser;
+  CheckInt(FemSolverRule(3, 19e3, 0.2, 1), FEM_CHOLMOD);
+  CheckInt(FemSolverRule(3, 19e3, 0.2, 2), FEM_MUMPS);
+  CheckInt(FemSolverRule(3, 21e3, 0.2, 1), FEM_MULTIGRID);
+  CheckInt(FemSolverRule(3, 85e3, 0.49, 1), FEM_CHOLMOD); /* 20,000 x sqrt(0.4/0.02) = 89,443 */
+  CheckInt(FemSolverRule(3, 95e3, 0.49, 1), FEM_MULTIGRID);
+  CheckInt(FemSolverRule(3, 210e3, 0.4999, 1), FEM_MULTIGRID);
+  CheckInt(FemSolverRule(3, 1e6, 0.49999, 2), FEM_MUMPS);
+  CheckInt(FemSolverRule(2, 190e3, 0.2, 1), FEM_CHOLMOD);
+  CheckInt(FemSolverRule(2, 210e3, 0.49, 1), FEM_MULTIGRID);
+  PetscCall(FemSolverWords(3, 1e3, 0.2, 1, sizeof(words), words));
+  CheckContains(words, "Cholesky (CHOLMOD)");
+  PetscCall(FemSolverWords(3, 1e6, 0.2, 4, sizeof(words), words));
+  CheckContains(words, "conjugate gradients with multigrid");
+  PetscCall(PetscOptionsInsertString(NULL, "-fem_ksp_type minres -fem_pc_type jacobi"));
+  PetscCall(FemSolverWords(3, 1e3, 0.2, 1, sizeof(words), words));
+  PetscCall(PetscOptionsClearValue(NULL, "-fem_ksp_type"));
+  PetscCall(PetscOptionsClearValue(NULL, "-fem_pc_type"));
+  CheckContains(words, "minres with jacobi, by the options given");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Multigrid on the rigid-body modes, some nodes held in part: few iterations at nu = 0.3, and no more than the size asks for. */
+static PetscErrorCode TestMultigridTakesFewIterations(void)
+{
+  const FemMaterial m         = {2400, 30e9, 0.3};
+  const PetscReal   length[3] = {3, 1, 1};
+  PetscInt          iterations[2];
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < 2; k++) {
+    const PetscInt n[3] = {12 * (k + 1), 4 * (k + 1), 4 * (k + 1)};
+    FemReadings    readings;
+    FemModel       model;
+    Mesh           mesh;
+
+    PetscCall(CaseBox(PETSC_COMM_SELF, MESH_HEX8, length, n, 0, &mesh));
+    PetscCall(CaseModel(PETSC_COMM_SELF, &mesh, FEM_SOLID, FEM_STATIC, 1, &m, &model));
+    PetscCall(CaseFix(model, "xmin", 0, 0));
+    PetscCall(CaseFix(model, "ymin", 1, 0));
+    PetscCall(CaseFix(model, "zmin", 2, 0));
+    PetscCall(CaseTraction(model, "xmax", 1e5, 2e5, -1e5));
+    PetscCall(PetscOptionsInsertString(NULL, "-fem_pc_type gamg"));
+    PetscCall(CaseSolve(model));
+    PetscCall(PetscOptionsClearValue(NULL, "-fem_pc_type"));
+    PetscCall(FemModelGetReadings(model, &readings));
+    iterations[k] = readings.iterations;
+    PetscCall(FemModelDestroy(&model));
+    PetscCall(MeshDestroy(&mesh));
+  }
+  CheckBelow(iterations[1], 40);
+  CheckBelow(iterations[1], 1.5 * iterations[0]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+CHECK_TEST(TestSolverIsNamed)
+CHECK_TEST(TestMultigridTakesFewIterations)
 CHECK_TEST(TestTimoshenkoBeamConverges)
 CHECK_TEST(TestGravityColumn)
 CHECK_TEST(TestPressureAllRound)
@@ -414,6 +476,6 @@ CHECK_TEST(TestRestartContinuesBitForBit)
 CHECK_TEST(TestTwoMaterials)
 CHECK_TEST(TestMultigridAgreesWithFactor)
 
-static const struct CMUnitTest tests[] = {TEST(TestTimoshenkoBeamConverges), TEST(TestGravityColumn), TEST(TestPressureAllRound), TEST(TestReactionsBalance), TEST(TestTenStepsOneFactorisation), TEST(TestRestartContinuesBitForBit), TEST(TestTwoMaterials),
+static const struct CMUnitTest tests[] = {TEST(TestSolverIsNamed), TEST(TestMultigridTakesFewIterations), TEST(TestTimoshenkoBeamConverges), TEST(TestGravityColumn), TEST(TestPressureAllRound), TEST(TestReactionsBalance), TEST(TestTenStepsOneFactorisation), TEST(TestRestartContinuesBitForBit), TEST(TestTwoMaterials),
                                           TEST(TestMultigridAgreesWithFactor)};
 CHECK_MAIN(tests)
