@@ -2,7 +2,7 @@
 // Particles fill "ligament": a strip about the crack's way, from just below the notch tip to the top.
 L = 175; H = 50; S = 125; a = 25; w = 2;   // length, depth, span, notch depth, notch width
 b = 10; below = 5;                        // half width of the strip; how far it reaches below the notch tip
-p = 1;                                    // half width of the bearing under the load: wider ones hold the opening halves like a clamp
+p = 0.5;                                  // half width of the bearing under the load: wider ones hold the opening halves like a clamp
 h = 3;                                    // elements beside the strip
 c = L/2; f = 6;                           // f: elements far away
 

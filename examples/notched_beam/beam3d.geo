@@ -1,9 +1,9 @@
 // The half-notched beam of beam.geo as a solid, 50 mm thick. Millimetres. Coarser: meant for particles of 1.5 to 2 mm.
 SetFactory("Built-in");
 L = 175; H = 50; S = 125; a = 25; w = 4; T = 50; // length, depth, span, notch depth, notch width, thickness
-b = 15; below = 8;                        // half width of the strip; how far it reaches below the notch tip
-p = 2;                                    // half width of the load's bearing
-h = 6; f = 10;                            // elements beside the strip; far away
+b = 24; below = 8;                        // half width of the strip; how far it reaches below the notch tip
+p = 1.5;                                  // half width of the load's bearing
+h = 8; f = 12;                            // elements beside the strip; far away
 c = L/2;
 
 Point(1) = {0, 0, 0, f};

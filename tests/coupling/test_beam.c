@@ -57,10 +57,10 @@ static PetscErrorCode Beam(PetscBool plane, PetscReal last, Curve *curve)
   const MeshOptions       mesh     = {.dimension = 2, .order = 1, .scale = 1e-3};
   const DemPackingOptions packing  = {.radius = RADIUS, .spread = 0.2, .seed = 1};
   const DemMaterial       material = {.density = 2346, .young = 37e9, .poisson = 0.2};
-  const DemStrength       strength = {.tensile = 3e6, .fracture_energy = 143, .softening = DEM_SOFTENING_BILINEAR, .knee_stress = 0.15, .knee_opening = 0.5,
-                                       .shear = 5e6, .shear_energy = 143, .mu_static = 0.9, .mu_dynamic = 0.3};
+  const DemStrength       strength = {.tensile = 3.3e6, .fracture_energy = 143, .softening = DEM_SOFTENING_BILINEAR, .knee_stress = 0.2, .knee_opening = 0.45,
+                                       .shear = 5e6, .shear_energy = 1430, .mu_static = 0.9, .mu_dynamic = 0.3};
   const CouplingOptions   options  = {.floor = 0.05, .affine = PETSC_TRUE, .substeps = 1};
-  const PetscReal         t[5] = {0, 3e-3, 10e-3, 16e-3, 28e-3}, v[5] = {0, -3e-3, -3e-3, -6e-3, -20e-3};
+  const PetscReal         t[5] = {0, 6e-3, 20e-3, 32e-3, 56e-3}, v[5] = {0, -1.5e-3, -1.5e-3, -3e-3, -10e-3};
   Coupled                 c;
   Stepper                 stepper;
   Table                   none, motion;
@@ -84,7 +84,6 @@ static PetscErrorCode Beam(PetscBool plane, PetscReal last, Curve *curve)
   PetscCall(FemModelSetMesh(c.fem, &c.split.fem));
   PetscCall(FemModelAddMaterial(c.fem, "", &c.material));
   PetscCall(FemModelSetDamping(c.fem, 3000));
-  PetscCall(FemModelSetLocalDamping(c.fem, 0.5));
   PetscCall(FemModelFix(c.fem, "left support", 1, FEM_DISPLACEMENT, &none));
   PetscCall(FemModelFix(c.fem, "right support", 0, FEM_DISPLACEMENT, &none));
   PetscCall(FemModelFix(c.fem, "right support", 1, FEM_DISPLACEMENT, &none));
@@ -93,7 +92,6 @@ static PetscErrorCode Beam(PetscBool plane, PetscReal last, Curve *curve)
   PetscCall(DemModelSetKind(c.dem, DEM_PLANE_STRESS));
   PetscCall(DemModelSetMaterial(c.dem, &material));
   PetscCall(DemModelSetStrength(c.dem, &strength));
-  PetscCall(DemModelSetLocalDamping(c.dem, 0.5));
   PetscCall(DemModelSetBody(c.dem, &c.body, &c.packing, &c.cells));
   PetscCall(DemModelFix(c.dem, "load", 1, DEM_VELOCITY, &motion));
   PetscCall(DemModelAddHistory(c.dem, "reaction", "load"));
@@ -111,6 +109,7 @@ static PetscErrorCode Beam(PetscBool plane, PetscReal last, Curve *curve)
     }
     CheckNear(length, 25e-3, 1e-8); /* the plane goes from the notch to the top, and lies outside the overlap */
     PetscCall(DemModelSetBreakable(c.dem, breakable));
+    PetscCall(DemModelSetCrackPlane(c.dem, PETSC_TRUE));
     PetscCall(PetscFree(breakable));
   }
   PetscCall(CouplingModelSetUp(c.model));
@@ -168,23 +167,38 @@ static PetscReal Peak(const Curve *curve)
   return best;
 }
 
+/* Area under the curve as far as `last`, per opening [N]: the mean force. */
+static PetscReal MeanForce(const Curve *curve, PetscReal last)
+{
+  PetscReal sum = 0;
+
+  for (PetscInt k = 1; k < curve->n; k++)
+    if (curve->cmod[k] <= last) sum += 0.5 * (curve->force[k] + curve->force[k - 1]) * (curve->cmod[k] - curve->cmod[k - 1]);
+  return sum / last;
+}
+
+/* Peak and work within 5 %; the whole curve within 5 % of the peak. Along the tail, where little is left, the random packing carries more. */
 static PetscErrorCode TestPlaneCrack(void)
 {
-  const PetscReal at[5] = {0.01e-3, 0.02e-3, 0.03e-3, 0.05e-3, 0.1e-3};
+  const PetscReal at[7] = {0.01e-3, 0.02e-3, 0.03e-3, 0.05e-3, 0.075e-3, 0.1e-3, 0.15e-3};
   Curve          *curve;
 
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2, &curve));
-  for (int k = 0; k < 2; k++) PetscCall(Beam(k ? PETSC_TRUE : PETSC_FALSE, 0.112e-3, &curve[k]));
+  for (int k = 0; k < 2; k++) PetscCall(Beam(k ? PETSC_TRUE : PETSC_FALSE, 0.167e-3, &curve[k]));
   print_message("           CMOD [mm]  packing [N]  plane crack [N]\n");
-  for (int k = 0; k < 5; k++) {
+  for (int k = 0; k < 7; k++) {
     const PetscReal random = ForceAt(&curve[0], at[k]), plane = ForceAt(&curve[1], at[k]);
 
     print_message("           %9.3f  %11.1f  %15.1f  %+.1f %%\n", (double)(1e3 * at[k]), (double)random, (double)plane, (double)(100 * (random / plane - 1)));
   }
   print_message("           peak       %11.1f  %15.1f  %+.1f %%\n", (double)Peak(&curve[0]), (double)Peak(&curve[1]), (double)(100 * (Peak(&curve[0]) / Peak(&curve[1]) - 1)));
+  print_message("           mean       %11.1f  %15.1f  %+.1f %%\n", (double)MeanForce(&curve[0], at[6]), (double)MeanForce(&curve[1], at[6]),
+                (double)(100 * (MeanForce(&curve[0], at[6]) / MeanForce(&curve[1], at[6]) - 1)));
   CheckClose(Peak(&curve[0]), Peak(&curve[1]), 0.05);
-  for (int k = 0; k < 4; k++) CheckClose(ForceAt(&curve[0], at[k]), ForceAt(&curve[1], at[k]), 0.05); /* not at 0.1 mm: 7 % measured, cause open */
+  CheckClose(MeanForce(&curve[0], at[6]), MeanForce(&curve[1], at[6]), 0.05);
+  for (int k = 0; k < 7; k++) CheckNear(ForceAt(&curve[0], at[k]), ForceAt(&curve[1], at[k]), 0.05 * Peak(&curve[1]));
+  for (int k = 0; k < 5; k++) CheckClose(ForceAt(&curve[0], at[k]), ForceAt(&curve[1], at[k]), 0.05);
   PetscCall(PetscFree(curve));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
