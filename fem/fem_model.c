@@ -266,39 +266,33 @@ PetscErrorCode FemModelSetLocalDamping(FemModel model, PetscReal alpha)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Axis between the two parts of a group, and the middle of the widest gap along it. */
+/* Axis between the two parts of a group, and the middle of the gap between them: lips face each other along the axis whose
+   widest gap between neighbouring nodes is largest, also against the group's extent there (lips may be long). */
 static PetscErrorCode FindLips(FemModel model, FemHistory *entry)
 {
   const FemGroup *group = &model->group[entry->group];
-  const PetscInt  dim   = model->dim;
-  PetscReal       low[3], high[3], *along, length = 0, widest = 0;
+  const PetscInt  dim = model->dim, n = group->n_nodes;
+  PetscReal      *along, best = 0;
 
   PetscFunctionBegin;
   BaseCheckInput(model->size == 1, model->comm, "An opening is followed on one rank only for now, not %d", (int)model->size);
-  BaseCheckInput(group->n_nodes >= 2, model->comm, "%s: group '%s' has %" PetscInt_FMT " nodes; an opening needs two lips", model->source, group->name, group->n_nodes);
+  BaseCheckInput(n >= 2, model->comm, "%s: group '%s' has %" PetscInt_FMT " nodes; an opening needs two lips", model->source, group->name, n);
+  PetscCall(PetscMalloc1(n, &along));
   for (PetscInt d = 0; d < dim; d++) {
-    low[d] = PETSC_MAX_REAL, high[d] = -PETSC_MAX_REAL;
-    for (PetscInt i = 0; i < group->n_nodes; i++) {
-      low[d]  = PetscMin(low[d], model->x[group->node[i] * dim + d]);
-      high[d] = PetscMax(high[d], model->x[group->node[i] * dim + d]);
-    }
+    PetscReal gap = 0, middle = 0;
+
+    for (PetscInt i = 0; i < n; i++) along[i] = model->x[group->node[i] * dim + d];
+    PetscCall(PetscSortReal(n, along));
+    for (PetscInt i = 0; i + 1 < n; i++)
+      if (along[i + 1] - along[i] > gap) {
+        gap    = along[i + 1] - along[i];
+        middle = 0.5 * (along[i + 1] + along[i]);
+      }
+    if (!(gap > 0) || !(gap * gap / (along[n - 1] - along[0]) > best)) continue;
+    best          = gap * gap / (along[n - 1] - along[0]);
+    entry->middle = middle;
+    for (PetscInt k = 0; k < 3; k++) entry->axis[k] = k == d;
   }
-  for (PetscInt d = 0; d < dim; d++)
-    if (high[d] - low[d] > length) { /* lips face each other along the axis that holds the widest gap, most often the group's longest */
-      length = high[d] - low[d];
-      for (PetscInt k = 0; k < 3; k++) entry->axis[k] = k == d;
-    }
-  PetscCall(PetscMalloc1(group->n_nodes, &along));
-  for (PetscInt i = 0; i < group->n_nodes; i++) {
-    along[i] = 0;
-    for (PetscInt d = 0; d < dim; d++) along[i] += entry->axis[d] * model->x[group->node[i] * dim + d];
-  }
-  PetscCall(PetscSortReal(group->n_nodes, along));
-  for (PetscInt i = 0; i + 1 < group->n_nodes; i++)
-    if (along[i + 1] - along[i] > widest) {
-      widest        = along[i + 1] - along[i];
-      entry->middle = 0.5 * (along[i + 1] + along[i]);
-    }
   PetscCall(PetscFree(along));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
