@@ -70,7 +70,7 @@ const char AppNewTriaxial[] =
 
 const char AppNewHydrostatic[] =
   "# Pressure from all sides on a free cylinder. `criterion` shows how near each bond is to failure: with elasticity: exact\n"
-  "# nothing is; the published local rules put bonds at a tenth to a third of their shear strength at 30 MPa (try elasticity: kdem, law: published).\n"
+  "# nothing is; the local published rule with elasticity: kdem, law: published came to 0.17 at most.\n"
   "title: Hydrostatic compression, 30 MPa\n"
   "time: {end: 3 ms}\n"
   ROCK CYLINDER
