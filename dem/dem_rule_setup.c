@@ -41,6 +41,47 @@ static PetscErrorCode FacetNeighbours(const DemCells *cells, PetscInt **start, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A particle whose range holds it by fewer than dim + 1 bonds is a rattler, which a pressed face would shoot through the body: it is joined to its
+   nearest neighbours across facets as well, until it has as many.  Eq. (4.45) */
+static PetscErrorCode JoinLoose(DemModel model, const PetscInt *start, const PetscInt *partner, const PetscInt *facet, PetscInt *m, DemPair **pairs)
+{
+  const PetscInt   n = model->n, found = *m;
+  const PetscReal *x = model->packing.x, *r = model->packing.r;
+  PetscInt        *degree, extra = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(n, &degree)); /* of packing's particles */
+  for (PetscInt k = 0; k < found; k++) {
+    degree[model->at[(*pairs)[k].p]]++;
+    degree[model->at[(*pairs)[k].q]]++;
+  }
+  for (PetscInt p = 0; p < n; p++)
+    if (degree[p] <= model->dim) extra += model->dim + 1 - degree[p];
+  if (extra) PetscCall(PetscRealloc((found + extra) * sizeof(**pairs), pairs));
+  for (PetscInt p = 0; p < n; p++)
+    while (degree[p] <= model->dim) {
+      PetscReal least = PETSC_MAX_REAL;
+      PetscInt  best = -1;
+
+      for (PetscInt f = start[p]; f < start[p + 1]; f++) {
+        const PetscInt  q = partner[f], a = PetscMin(model->rank_of[p], model->rank_of[q]), b = PetscMax(model->rank_of[p], model->rank_of[q]);
+        const PetscReal d = PetscSqrtReal(PetscSqr(x[3 * p] - x[3 * q]) + PetscSqr(x[3 * p + 1] - x[3 * q + 1]) + PetscSqr(x[3 * p + 2] - x[3 * q + 2])), gap = d / (r[p] + r[q]);
+        PetscBool       joined = (PetscBool)(PetscAbsReal(gap - 1) <= model->rule.range); /* then it is in the list */
+
+        for (PetscInt k = found; k < *m && !joined; k++) joined = (PetscBool)((*pairs)[k].p == a && (*pairs)[k].q == b);
+        if (joined || gap >= least) continue;
+        least = gap;
+        best  = f;
+      }
+      if (best < 0) break; /* no more neighbours */
+      (*pairs)[(*m)++] = (DemPair){PetscMin(model->rank_of[p], model->rank_of[partner[best]]), PetscMax(model->rank_of[p], model->rank_of[partner[best]]), facet[best]};
+      degree[p]++;
+      degree[partner[best]]++;
+    }
+  PetscCall(PetscFree(degree));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemRulePairs_Internal(DemModel model, PetscInt *n_pairs, DemPair **pairs)
 {
   const DemCells *cells = &model->cells;
@@ -82,6 +123,7 @@ PetscErrorCode DemRulePairs_Internal(DemModel model, PetscInt *n_pairs, DemPair 
       }
     PetscCall(PetscFree(near_start));
     PetscCall(PetscFree(near));
+    PetscCall(JoinLoose(model, start, partner, facet, &m, pairs));
     PetscCall(PetscFree(start));
     PetscCall(PetscFree(partner));
     PetscCall(PetscFree(facet));
