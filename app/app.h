@@ -6,6 +6,7 @@
 */
 #pragma once
 #include "coupling.h"
+#include "coupling_contact.h"
 #include "dem.h"
 #include "fem.h"
 #include "json.h"
@@ -43,6 +44,7 @@ void           AppClockAdd(AppClock *clock, const char *phase, PetscLogDouble se
 typedef struct {
   char     name[128];
   PetscInt dim; /* of its cells; a face of a DEM body is dim - 1, a tool -1 */
+  PetscBool particles; /* of the particles' body, where two touch */
 } AppGroup;
 
 typedef enum { APP_FIX, APP_TRACTION, APP_PRESSURE, APP_GRAVITY, APP_SYMMETRY, APP_FORCE, APP_LINE_LOAD, APP_ABSORB } AppLoadKind;
@@ -52,6 +54,7 @@ typedef struct {
   AppLoadKind kind;
   char        path[256];
   char        group[128];
+  PetscBool   particles;  /* two bodies that touch: which of them */
   PetscInt    component;  /* of APP_FIX, APP_TRACTION, APP_FORCE, APP_LINE_LOAD */
   PetscBool   velocity;   /* APP_FIX: the table is a velocity [m/s], not a displacement [m] */
   PetscReal   gravity[3]; /* [m/s2] */
@@ -77,7 +80,7 @@ typedef struct {
   DemRule     rule;     /* of its bonds */
 } AppPart;
 
-typedef enum { APP_FEM, APP_DEM, APP_COUPLED } AppMethod;
+typedef enum { APP_FEM, APP_DEM, APP_COUPLED, APP_TOUCH } AppMethod; /* APP_TOUCH: part 0 of finite elements, part 1 of particles, which meet its surface */
 typedef enum { APP_EXPLICIT, APP_STATIC, APP_IMPLICIT, APP_MODAL } AppTime;
 enum { APP_PARTS = 64 };
 
@@ -117,6 +120,7 @@ typedef struct {
   DemModel    dem;
   CouplingSplit split; /* coupled */
   CouplingModel coupling;
+  CouplingContact contact; /* APP_TOUCH */
   CouplingSwitch turning; /* NULL unless elements may turn into particles: fem, dem and coupling are then its own, see AppSidesNow() */
   PetscInt      threads;
   Stepper     stepper;
@@ -140,6 +144,13 @@ PetscErrorCode AppConditionsRead(AppCase *c); /* loads and history quantities, c
 PetscErrorCode AppConditionsApply(AppCase *c);
 PetscErrorCode AppPrestressApply(AppCase *c, const AppPart *part); /* initial stress, expansion and temperature of a part of finite elements */
 PetscErrorCode AppToolsApply(AppCase *c);
+
+/* The part made of particles; with one body the only one. */
+static inline const AppPart *AppGrains(const AppCase *c)
+{
+  return &c->part[c->method == APP_TOUCH ? 1 : 0];
+}
+PetscErrorCode AppContactRead(AppCase *c, const char *at, DemContactChoice *choice); /* a law of contact below `at` */
 
 /* What history.csv shows beyond the models' own columns: probes, and strains between groups made from mean displacements. */
 PetscErrorCode AppProbesCheck(AppCase *c);                            /* names against the groups */

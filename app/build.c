@@ -38,11 +38,11 @@ PetscErrorCode AppCaseRead(MPI_Comm comm, const AppOptions *options, AppCase *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode InitialVelocity(AppCase *c, PetscReal velocity[3], char path[256])
+static PetscErrorCode InitialVelocity(AppCase *c, const AppPart *part, PetscReal velocity[3], char path[256])
 {
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(velocity, 3));
-  PetscCall(PetscSNPrintf(path, 256, "bodies.%s.initial_velocity", c->part[0].name));
+  PetscCall(PetscSNPrintf(path, 256, "bodies.%s.initial_velocity", part->name));
   if (c->time == APP_EXPLICIT || c->time == APP_IMPLICIT) PetscCall(SceneGetVector(c->scene, path, c->dim, velocity));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -107,19 +107,23 @@ static PetscErrorCode BuildFem(AppCase *c, PetscInt threads)
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.geometry", c->part[0].name));
   AppCallAt(c->scene, path, FemModelSetMesh(c->fem, &c->mesh));
   PetscCall(MeshDestroy(&c->mesh));
-  for (PetscInt p = 0; p < c->n_parts; p++) {
+  for (PetscInt p = 0; p < (c->method == APP_TOUCH ? 1 : c->n_parts); p++) {
     const AppPart    *part     = &c->part[p];
 
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.material", part->name));
     AppCallAt(c->scene, path, FemModelAddMaterial(c->fem, part->group, &part->elastic));
   }
-  for (PetscInt p = 0; p < c->n_parts; p++) PetscCall(AppPrestressApply(c, &c->part[p]));
-  PetscCall(InitialVelocity(c, velocity, path));
+  for (PetscInt p = 0; p < (c->method == APP_TOUCH ? 1 : c->n_parts); p++) PetscCall(AppPrestressApply(c, &c->part[p]));
+  PetscCall(InitialVelocity(c, &c->part[0], velocity, path));
   AppCallAt(c->scene, path, FemModelSetInitialVelocity(c->fem, velocity));
   PetscCall(FemModelSetDamping(c->fem, c->part[0].mass_damping));
   PetscCall(FemModelSetStiffnessDamping(c->fem, c->part[0].stiffness_damping));
   PetscCall(FemModelSetLocalDamping(c->fem, c->part[0].local_damping));
   PetscCall(Rotation(c));
+  if (c->method == APP_TOUCH) { /* conditions come when both bodies are there */
+    PetscCall(AppClockEnd(&c->clock));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(AppConditionsApply(c));
   AppCallAt(c->scene, "bodies", FemModelSetUp(c->fem));
   PetscCall(FemModelGetStepper(c->fem, &c->stepper));
@@ -136,12 +140,12 @@ static PetscErrorCode Rain(AppCase *c, PetscReal *rate, PetscInt *count)
 
   PetscFunctionBegin;
   *rate = 0;
-  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain", c->part[0].name));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain", AppGrains(c)->name));
   PetscCall(SceneHas(c->scene, path, &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.until", c->part[0].name));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.until", AppGrains(c)->name));
   PetscCall(SceneGetReal(c->scene, path, &until));
-  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.rate", c->part[0].name));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.rate", AppGrains(c)->name));
   PetscCall(SceneGetReal(c->scene, path, rate));
   if (*rate * until > 1e8) PetscCall(SceneFail(c->scene, path, "%.6g grains a second for %.6g s are more than 1e8; fewer, or for a shorter time", (double)*rate, (double)until));
   *count = 1 + (PetscInt)PetscFloorReal(*rate * until * (1 - 1e-12)); /* the first at time 0 */
@@ -150,7 +154,7 @@ static PetscErrorCode Rain(AppCase *c, PetscReal *rate, PetscInt *count)
 
 PetscErrorCode AppCasePack(AppCase *c)
 {
-  const char       *body    = c->part[0].name;
+  const char       *body    = AppGrains(c)->name;
   DemPackingOptions options = {0};
   char              path[256];
   PetscBool         has;
@@ -193,7 +197,7 @@ PetscErrorCode AppCasePack(AppCase *c)
 
 static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
 {
-  const AppPart    *part     = &c->part[0];
+  const AppPart    *part     = AppGrains(c);
   const DemMaterial material = {part->density, part->young, part->poisson};
   PetscReal         velocity[3], rain;
   PetscBool         bonded;
@@ -234,12 +238,40 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
     PetscCall(SceneGetInt(c->scene, path, &seed));
     AppCallAt(c->scene, "contact", DemModelSetRain(c->dem, rain, seed));
   }
-  PetscCall(InitialVelocity(c, velocity, path));
+  PetscCall(InitialVelocity(c, part, velocity, path));
   PetscCall(DemModelSetInitialVelocity(c->dem, velocity));
+  if (c->method == APP_TOUCH) {
+    PetscCall(AppClockEnd(&c->clock));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(AppConditionsApply(c));
   PetscCall(AppContactApply(c));
   AppCallAt(c->scene, "conditions", DemModelSetUp(c->dem));
   PetscCall(DemModelGetStepper(c->dem, &c->stepper));
+  PetscCall(AppClockEnd(&c->clock));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A body of elements, one of particles, and the contacts between them. */
+static PetscErrorCode BuildTouch(AppCase *c, PetscInt threads)
+{
+  const AppPart         *body = &c->part[0], *grains = AppGrains(c);
+  CouplingContactOptions options = {.particle = {grains->young, grains->poisson}, .body = {body->young, body->poisson}, .thickness = c->thickness};
+  char                   path[256];
+
+  PetscFunctionBegin;
+  PetscCall(BuildFem(c, threads));
+  PetscCall(BuildDem(c, threads));
+  PetscCall(AppConditionsApply(c));
+  PetscCall(AppContactApply(c));
+  AppCallAt(c->scene, "bodies", FemModelSetUp(c->fem));
+  AppCallAt(c->scene, "conditions", DemModelSetUp(c->dem));
+  PetscCall(AppClockBegin(&c->clock, "contact set-up"));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.surface", body->name));
+  PetscCall(AppContactRead(c, path, &options.choice));
+  PetscCall(CouplingContactSetSides(c->contact, c->fem, c->dem));
+  AppCallAt(c->scene, path, CouplingContactSetUp(c->contact, &options));
+  PetscCall(CouplingContactGetStepper(c->contact, &c->stepper));
   PetscCall(AppClockEnd(&c->clock));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -276,7 +308,7 @@ static PetscErrorCode MakeSides(void *ctx, const CouplingSplit *split, const Dem
   char              path[256];
 
   PetscFunctionBegin;
-  PetscCall(InitialVelocity(c, velocity, path));
+  PetscCall(InitialVelocity(c, part, velocity, path));
   PetscCall(FemModelCreate(c->comm, &c->fem));
   c->made_fem++;
   PetscCall(FemModelSetKind(c->fem, CoupledKind(c), c->thickness));
@@ -362,6 +394,7 @@ PetscErrorCode AppCaseBuild(AppCase *c, PetscInt threads)
 {
   PetscFunctionBegin;
   if (c->method == APP_COUPLED) PetscCall(BuildCoupled(c, threads));
+  else if (c->method == APP_TOUCH) PetscCall(BuildTouch(c, threads));
   else if (c->method == APP_FEM) PetscCall(BuildFem(c, threads));
   else PetscCall(BuildDem(c, threads));
   PetscCall(AppReadingsBegin(c));
@@ -378,6 +411,7 @@ PetscErrorCode AppCaseDestroy(AppCase *c)
     c->fem      = NULL;
     c->dem      = NULL;
   }
+  if (c->contact) PetscCall(CouplingContactDestroy(&c->contact));
   if (c->coupling) PetscCall(CouplingModelDestroy(&c->coupling));
   if (c->fem) PetscCall(FemModelDestroy(&c->fem));
   if (c->dem) PetscCall(DemModelDestroy(&c->dem));

@@ -52,7 +52,7 @@ PetscErrorCode AppCracksWrite(AppCase *c, const char *directory)
   char      path[PETSC_MAX_PATH_LEN];
 
   PetscFunctionBegin;
-  if (c->rank || !c->dem || !c->part[0].cohesive) PetscFunctionReturn(PETSC_SUCCESS);
+  if (c->rank || !c->dem || !AppGrains(c)->cohesive) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(BaseFormat(path, "%s/cracks.csv", directory));
   PetscCall(DemModelGetCracks(c->dem, &cracks));
   PetscCall(FileOpen(path, "w", &out));

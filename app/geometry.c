@@ -201,7 +201,7 @@ static PetscErrorCode ReadMaterial(AppCase *c, AppPart *part)
     PetscCall(SceneFail(c->scene, path, "mass damping is a drag on finite elements; the body '%s' is made of particles alone, give its material local_damping instead", part->name));
   }
   if ((c->is_static || c->time == APP_MODAL) && part->mass_damping > 0) PetscCall(SceneFail(c->scene, path, "mass damping needs velocities; a %s run has none", c->is_static ? "static" : "modal"));
-  if (part->mass_damping != c->part[0].mass_damping) {
+  if (c->method == APP_FEM && part->mass_damping != c->part[0].mass_damping) {
     PetscCall(SceneFail(c->scene, path, "mass damping is one number for all finite elements for now; '%s' and '%s' give two", c->part[0].material, part->material));
   }
   PetscCall(GetReal(c->scene, &part->stiffness_damping, "materials.%s.stiffness_damping", part->material));
@@ -510,7 +510,7 @@ static void EstimateStep(AppCase *c)
 
 static PetscErrorCode ReadDemBody(AppCase *c)
 {
-  const char *body = c->part[0].name;
+  const char *body = AppGrains(c)->name;
   char        path[256];
   PetscBool   box, cylinder, disc;
   PetscReal   low[3] = {0}, size[3] = {0}, radius, height;
@@ -550,9 +550,9 @@ static PetscErrorCode ReadDemBody(AppCase *c)
       PetscCall(PetscStrncpy(group[g].name, c->mesh.group[g].name, sizeof(group[g].name)));
       group[g].dim = c->mesh.group[g].dim;
     }
-    PetscCall(CheckPartGroup(c, &c->part[0], c->mesh.n_groups, group));
+    PetscCall(CheckPartGroup(c, AppGrains(c), c->mesh.n_groups, group));
     PetscCall(PetscFree(group));
-    AppCallAt(c->scene, path, DemBodyCreateFromMesh(&c->mesh, c->part[0].group, c->thickness, &c->body));
+    AppCallAt(c->scene, path, DemBodyCreateFromMesh(&c->mesh, AppGrains(c)->group, c->thickness, &c->body));
     PetscCall(MeshDestroy(&c->mesh));
   }
   c->made_bodies++;
@@ -640,14 +640,51 @@ static PetscErrorCode ReadCoupledBody(AppCase *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One body, or several of finite elements that are groups of one file. */
+/* One body of elements and one of particles? turned: the particles come first in the scene. */
+static PetscErrorCode FindPair(AppCase *c, PetscBool *pair, PetscBool *turned)
+{
+  const char *name, *method[2];
+
+  PetscFunctionBegin;
+  for (PetscInt b = 0; b < 2; b++) {
+    PetscCall(SceneGetEntry(c->scene, "bodies", b, &name));
+    PetscCall(GetString(c->scene, &method[b], "bodies.%s.method", name));
+  }
+  *turned = (PetscBool)(!strcmp(method[0], "dem") && !strcmp(method[1], "fem"));
+  *pair   = (PetscBool)(*turned || (!strcmp(method[0], "fem") && !strcmp(method[1], "dem")));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CheckPair(AppCase *c)
+{
+  char      path[256];
+  PetscBool has;
+
+  PetscFunctionBegin;
+  c->method = APP_TOUCH;
+  BaseCheckInput(c->size == 1, c->comm, "Particles run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", c->size);
+  if (c->is_static) PetscCall(SceneFail(c->scene, "time.method", "particles that meet elements move in time; use method: explicit"));
+  Path(path, "bodies.%s.surface", c->part[0].name);
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (!has) PetscCall(SceneFail(c->scene, "bodies", "the particles of '%s' meet the surface of '%s': say how, e.g. bodies.%s.surface: {friction: 0.3}", c->part[1].name, c->part[0].name, c->part[0].name));
+  for (PetscInt b = 0; b < 2; b++)
+    if (c->part[b].elastic.orthotropic) {
+      Path(path, "materials.%s.orthotropic", c->part[b].material);
+      PetscCall(SceneFail(c->scene, path, "contact takes a Young's modulus from each body; use an isotropic material where bodies touch"));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One body, or several of finite elements that are groups of one file; or one of elements and one of particles. */
 static PetscErrorCode ReadParts(AppCase *c)
 {
   PetscInt    n;
   const char *first = NULL;
+  PetscBool   pair = PETSC_FALSE, turned = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(SceneGetSize(c->scene, "bodies", &n));
+  if (n == 2) PetscCall(FindPair(c, &pair, &turned));
   if (n > APP_PARTS) PetscCall(SceneFail(c->scene, "bodies", "%" PetscInt_FMT " bodies; at most %d are taken", n, APP_PARTS));
   for (PetscInt b = 0; b < n; b++) {
     AppPart    *part = &c->part[b];
@@ -655,7 +692,7 @@ static PetscErrorCode ReadParts(AppCase *c)
     char        path[256];
     PetscBool   has;
 
-    PetscCall(SceneGetEntry(c->scene, "bodies", b, &part->name));
+    PetscCall(SceneGetEntry(c->scene, "bodies", turned ? 1 - b : b, &part->name));
     PetscCall(GetString(c->scene, &method, "bodies.%s.method", part->name));
     part->group = "";
     PetscCall(Has(c->scene, &has, "bodies.%s.group", part->name));
@@ -669,12 +706,53 @@ static PetscErrorCode ReadParts(AppCase *c)
       if (!has) PetscCall(SceneGetString(c->scene, path, &file));
       if (!b) first = file;
       Path(path, "bodies.%s", part->name);
-      if (c->method != APP_FEM || !file || !first || strcmp(file, first) || !part->group[0])
-        PetscCall(SceneFail(c->scene, path, "several bodies that touch or collide are not covered yet, see docs/not-yet.md; what runs is one body, or fem bodies that are groups (group: NAME) of one geometry file"));
+      if (!pair && (c->method != APP_FEM || !file || !first || strcmp(file, first) || !part->group[0]))
+        PetscCall(SceneFail(c->scene, path, "these bodies together are not covered yet, see docs/not-yet.md; what runs is one body, one of method: fem that one of method: dem touches, or fem bodies that are groups (group: NAME) of one geometry file"));
     }
     PetscCall(ReadMaterial(c, part));
+    Path(path, "bodies.%s.surface", part->name);
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (has && !pair) PetscCall(SceneFail(c->scene, path, "surface is how particles of another body meet this one, and there is no other body of method: dem; take it out"));
   }
   c->n_parts = n;
+  if (pair) PetscCall(CheckPair(c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Both bodies; the groups of the elements' first. */
+static PetscErrorCode ReadPair(AppCase *c)
+{
+  AppGroup      *group;
+  const PetscInt all = c->n_parts;
+  PetscInt       n;
+
+  PetscFunctionBegin;
+  {
+    char path[256];
+    Mesh kept;
+
+    c->n_parts = 1;
+    PetscCall(ReadFemBody(c));
+    c->n_parts = all;
+    group      = c->group;
+    n          = c->n_groups;
+    kept       = c->mesh;
+    c->group   = NULL;
+    c->n_groups = 0;
+    PetscCall(PetscMemzero(&c->mesh, sizeof(c->mesh)));
+    Path(path, "bodies.%s.geometry", c->part[0].name);
+    PetscCall(ReadDemBody(c));
+    c->mesh = kept;
+    AppCallAt(c->scene, path, CouplingContactCreate(c->comm, c->part[0].name, &c->mesh, &c->contact));
+  }
+  PetscCall(PetscRealloc((size_t)(n + c->n_groups + 1) * sizeof(*group), &group));
+  for (PetscInt g = 0; g < c->n_groups; g++) {
+    group[n + g]           = c->group[g];
+    group[n + g].particles = PETSC_TRUE;
+  }
+  PetscCall(PetscFree(c->group));
+  c->group = group;
+  c->n_groups += n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -682,7 +760,8 @@ PetscErrorCode AppGeometryRead(AppCase *c)
 {
   PetscFunctionBegin;
   PetscCall(ReadParts(c));
-  if (c->method == APP_DEM) PetscCall(ReadDemBody(c));
+  if (c->method == APP_TOUCH) PetscCall(ReadPair(c));
+  else if (c->method == APP_DEM) PetscCall(ReadDemBody(c));
   else if (c->method == APP_COUPLED) PetscCall(ReadCoupledBody(c));
   else PetscCall(ReadFemBody(c));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -43,7 +43,7 @@ static void Seconds(const AppCase *c, AppPlan *plan)
 {
   if (c->time != APP_EXPLICIT) plan->seconds = plan->dofs * SECONDS_UNKNOWN * (c->dim == 3 ? 1 : 0.2) * (1 + 0.02 * plan->steps) / c->size;
   else if (c->method == APP_FEM) plan->seconds = plan->steps * c->mesh_cost / plan->threads / c->size;
-  else if (c->method == APP_COUPLED) plan->seconds = plan->steps * (c->mesh_cost + plan->substeps * plan->bonds * SECONDS_BOND_STEP) / plan->threads;
+  else if (c->method == APP_COUPLED || c->method == APP_TOUCH) plan->seconds = plan->steps * (c->mesh_cost + plan->substeps * plan->bonds * SECONDS_BOND_STEP) / plan->threads;
   else plan->seconds = plan->steps * plan->bonds * SECONDS_BOND_STEP / plan->threads;
 }
 
@@ -57,32 +57,32 @@ static PetscErrorCode EstimateParticles(AppCase *c, AppPlan *plan)
   const PetscReal volume = DemBodyVolume(&c->body);
 
   PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.count", c->part[0].name));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.count", AppGrains(c)->name));
   PetscCall(SceneHas(c->scene, path, &has));
   if (has) {
     PetscCall(SceneGetInt(c->scene, path, &count));
     plan->particles = count;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain", c->part[0].name));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain", AppGrains(c)->name));
   PetscCall(SceneHas(c->scene, path, &has));
   if (has) {
     PetscReal rate, until;
 
-    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.rate", c->part[0].name));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.rate", AppGrains(c)->name));
     PetscCall(SceneGetReal(c->scene, path, &rate));
-    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.until", c->part[0].name));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.rain.until", AppGrains(c)->name));
     PetscCall(SceneGetReal(c->scene, path, &until));
     plan->particles = PetscMax(1, PetscFloorReal(rate * until));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.radius", c->part[0].name));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.radius", AppGrains(c)->name));
   PetscCall(SceneHas(c->scene, path, &has));
   if (has) {
     PetscCall(SceneGetReal(c->scene, path, &radius));
-    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.spread", c->part[0].name));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.spread", AppGrains(c)->name));
     PetscCall(SceneGetReal(c->scene, path, &spread));
-    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.porosity", c->part[0].name));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.porosity", AppGrains(c)->name));
     PetscCall(SceneHas(c->scene, path, &has));
     if (has) {
       PetscReal porosity;
@@ -97,7 +97,7 @@ static PetscErrorCode EstimateParticles(AppCase *c, AppPlan *plan)
     char        file[PETSC_MAX_PATH_LEN], line[BASE_LINE];
     FILE       *in;
 
-    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.file", c->part[0].name));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.file", AppGrains(c)->name));
     PetscCall(SceneGetString(c->scene, path, &name));
     PetscCall(SceneFilePath(c->scene, name, sizeof(file), file));
     in = fopen(file, "r");
@@ -127,7 +127,7 @@ PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
     PetscCall(PetscStrncpy(plan->sets, "estimate: shortest edge / P-wave speed; the run bounds the eigenvalues of the elements", sizeof(plan->sets)));
   }
   if (c->method != APP_FEM) {
-    const AppPart  *part = &c->part[0];
+    const AppPart  *part = AppGrains(c);
     const PetscReal cp   = PetscSqrtReal(part->young * (1 - part->poisson) / (part->density * (1 + part->poisson) * PetscMax(1 - 2 * part->poisson, 1e-6)));
     PetscReal       s;
 
@@ -135,7 +135,8 @@ PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
     plan->bonds = plan->particles * (c->dim == 3 ? 7.6 : 3);
     plan->bytes = PetscMax(plan->bytes, BYTES_START) + plan->particles * BYTES_PARTICLE;
     s           = PetscPowReal(DemBodyVolume(&c->body) / c->thickness / plan->particles, 1. / c->dim);
-    stable      = (c->method == APP_COUPLED ? 0.75 : 0.87) * 0.53 * s / cp; /* an overlap takes sqrt(3)/2 */
+    s           = (c->method == APP_COUPLED ? 0.75 : 0.87) * 0.53 * s / cp; /* an overlap takes sqrt(3)/2 */
+    stable      = c->method == APP_TOUCH ? 0.6 * PetscMin(stable, s) : s;    /* contacts take some of either */
     PetscCall(PetscStrncpy(plan->sets, "estimate: mean cell size / P-wave speed; the run bounds the stiffness of every particle", sizeof(plan->sets)));
   }
   plan->dt = safety * stable;
@@ -180,14 +181,15 @@ PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan)
     PetscCall(c->stepper.stable_step(c->stepper.ctx, &stable)); /* the loop's own */
     if (c->turning) PetscCall(CouplingSwitchGetCriticalStep(c->turning, &plan->critical));
     else if (c->method == APP_COUPLED) PetscCall(CouplingModelGetCriticalStep(c->coupling, &plan->critical));
+    else if (c->method == APP_TOUCH) plan->critical = stable;
     else if (c->method == APP_FEM) PetscCall(FemModelGetCriticalStep(c->fem, &plan->critical));
     else PetscCall(DemModelGetCriticalStep(c->dem, &plan->critical));
     PetscCall(PetscSNPrintf(plan->sets, sizeof(plan->sets), "%g x %s", (double)safety,
-                            stable == plan->critical ? "the critical step" : c->method == APP_COUPLED ? "the overlap's limit" : c->method == APP_FEM ? "the bound from the stiffest element" : "the bound from the stiffest particle"));
+                            c->method == APP_TOUCH ? "the bound from both bodies and their contacts" : stable == plan->critical ? "the critical step" : c->method == APP_COUPLED ? "the overlap's limit" : c->method == APP_FEM ? "the bound from the stiffest element" : "the bound from the stiffest particle"));
     plan->dt = safety * stable;
     if (given > plan->critical)
       PetscCall(SceneFail(c->scene, "time.step", "a step of %g s exceeds the critical step %.4g s, which the highest frequency of the %s sets (2/omega_max); use at most %.3g s, or auto", (double)given, (double)plan->critical,
-                          c->method == APP_FEM ? "mesh" : "bonded particles", (double)(0.9 * plan->critical)));
+                          c->method == APP_FEM ? "mesh" : c->method == APP_TOUCH ? "two bodies with their contacts" : "bonded particles", (double)(0.9 * plan->critical)));
   }
   PetscCall(Steps(c, plan));
   Seconds(c, plan);
@@ -273,7 +275,7 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
   if (c->dim == 2) fprintf(out, ", %g mm thick", (double)(c->thickness * 1e3));
   PetscCall(TimeWords(c, sizeof(active), active));
   PetscCall(SolverWords(c, p->dofs, sizeof(solver), solver));
-  fprintf(out, "\n  active    %s%s\n", c->method == APP_FEM ? "finite elements, " : "", c->method == APP_COUPLED ? "finite elements and bonded particles over an overlap, explicit" : c->method == APP_FEM ? active : "bonded particles, explicit");
+  fprintf(out, "\n  active    %s%s\n", c->method == APP_FEM ? "finite elements, " : "", c->method == APP_TOUCH ? "finite elements and particles that touch them, explicit" : c->method == APP_COUPLED ? "finite elements and bonded particles over an overlap, explicit" : c->method == APP_FEM ? active : "bonded particles, explicit");
   if (c->method != APP_DEM) fprintf(out, "  size      %.0f nodes, %.0f elements, %.0f unknowns\n", (double)p->nodes, (double)p->elements, (double)p->dofs);
   if (c->method != APP_FEM) {
     fprintf(out, "  size      %s%.0f particles, %s%.0f bonds", about, (double)p->particles, about, (double)p->bonds);
@@ -308,7 +310,7 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
     if (p->critical > 0) {
       fprintf(out, "  critical  ");
       Time(out, p->critical);
-      fprintf(out, "  (2/omega_max by power iteration)\n");
+      fprintf(out, c->method == APP_TOUCH ? "  (at least: the bound itself)\n" : "  (2/omega_max by power iteration)\n");
     }
     fprintf(out, "  steps     %s%.0f to ", sure ? "" : "about ", (double)p->steps);
     Time(out, end);
@@ -328,7 +330,7 @@ PetscErrorCode AppPlanJson(AppCase *c, const AppPlan *p, Json *json)
   PetscCall(TimeWords(c, sizeof(active) - 4, active + 4));
   PetscCall(SolverWords(c, p->dofs, sizeof(solver), solver));
   PetscCall(JsonBeginObject(json, "plan"));
-  PetscCall(JsonString(json, "active", c->method == APP_COUPLED ? "coupled explicit" : c->method == APP_FEM ? active : "dem explicit"));
+  PetscCall(JsonString(json, "active", c->method == APP_TOUCH ? "fem and dem in contact, explicit" : c->method == APP_COUPLED ? "coupled explicit" : c->method == APP_FEM ? active : "dem explicit"));
   if (solver[0]) PetscCall(JsonString(json, "solver", solver));
   PetscCall(JsonBool(json, "estimated", p->built ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(JsonInt(json, "dimension", c->dim));

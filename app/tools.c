@@ -172,11 +172,10 @@ static PetscErrorCode ReadMotion(AppCase *c, const char *at, DemToolOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadContact(AppCase *c, const char *at, DemToolOptions *o)
+PetscErrorCode AppContactRead(AppCase *c, const char *at, DemContactChoice *choice)
 {
-  DemContactChoice *choice = &o->contact;
-  const char       *word;
-  char              path[256];
+  const char *word;
+  char        path[256];
 
   PetscFunctionBegin;
   Path(path, at, "law");
@@ -186,7 +185,6 @@ static PetscErrorCode ReadContact(AppCase *c, const char *at, DemToolOptions *o)
   PetscCall(Real(c, at, "stiffness", &choice->stiffness));
   PetscCall(Real(c, at, "tangential", &choice->ratio));
   PetscCall(Real(c, at, "restitution", &choice->restitution));
-  PetscCall(Real(c, at, "damping", &o->damping));
   PetscCall(Real(c, at, "friction", &choice->friction));
   PetscCall(Real(c, at, "static_friction", &choice->friction_static));
   PetscCall(Real(c, at, "rolling_friction", &choice->rolling));
@@ -206,7 +204,8 @@ PetscErrorCode AppToolsApply(AppCase *c)
     PetscCall(PetscSNPrintf(at, sizeof(at), "tools.%s", name));
     PetscCall(ReadShape(c, at, &o));
     PetscCall(ReadMotion(c, at, &o));
-    PetscCall(ReadContact(c, at, &o));
+    PetscCall(AppContactRead(c, at, &o.contact));
+    PetscCall(Real(c, at, "damping", &o.damping));
     AppCallAt(c->scene, at, DemModelAddTool(c->dem, name, &o));
     for (PetscInt d = 0; d < 3; d++) PetscCall(TableDestroy(&o.velocity[d]));
     PetscCall(TableDestroy(&o.speed));

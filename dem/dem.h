@@ -128,6 +128,13 @@ PetscErrorCode DemModelComputeForces(DemModel model);                   /* of a 
 PetscErrorCode DemModelGetStepper(DemModel model, Stepper *stepper);   /* borrowed from the model */
 PetscErrorCode DemModelGetState(DemModel model, DemState *state);
 PetscErrorCode DemModelRestoreState(DemModel model, DemState *state);
+/* Particles that may meet what is not bonded to them, ascending in the model's own order, on loan until the next step. The list changes with `looks` only. */
+typedef struct {
+  PetscInt         n, looks;
+  const PetscInt  *who;    /* [n] */
+  const PetscReal *radius; /* of every particle [m] */
+} DemOutside;
+PetscErrorCode DemModelGetOutside(DemModel model, DemOutside *outside);
 PetscErrorCode DemModelGetCounts(DemModel model, PetscInt *particles, PetscInt *bonds, PetscInt *walls);
 
 /* One row per facet that has begun to break, in the cells' facet order; arrays on loan until the next step. */

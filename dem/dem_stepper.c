@@ -427,6 +427,7 @@ PetscErrorCode DemModelComputeForces(DemModel model)
   DemFacesSetTime_Internal(model, model->time);
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
   if (model->contacts.on) PetscCall(DemContactsForce_Internal(model, 0));
+  if (model->n_tools) PetscCall(DemToolsForce_Internal(model, 0));
   if (model->started && model->walls.n) { /* what the next step's work starts from */
     DemFacesReactions_Internal(model);
     (void)DemTractionWork_Internal(model, NULL, model->traction_new);
@@ -440,6 +441,16 @@ PetscErrorCode DemModelGetState(DemModel model, DemState *s)
   PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before borrowing the state");
   if (!model->f_ext) PetscCall(PetscCalloc2(3 * model->n, &model->f_ext, 3 * model->n, &model->t_ext));
   *s = (DemState){model->dim, model->n, model->at, model->x0, model->u, model->v, model->rot, model->spin, model->f, model->torque, model->mass, model->inertia, model->f_ext, model->t_ext};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelGetOutside(DemModel model, DemOutside *o)
+{
+  const DemContacts *c = &model->contacts;
+
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before asking for the outside");
+  *o = (DemOutside){.n = c->on ? c->n_who : model->n_surface, .looks = c->on ? c->searches : 0, .who = c->on ? c->who : model->surface, .radius = model->r};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

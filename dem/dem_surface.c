@@ -94,6 +94,11 @@ static void CellNormal(DemSurface *s, PetscInt c)
   for (PetscInt k = 0; k < 3; k++) n[k] /= length;
 }
 
+void DemSurfaceNormals(DemSurface *s)
+{
+  for (PetscInt c = 0; c < s->n; c++) CellNormal(s, c);
+}
+
 /* Least height of a cell over its longest side: 0 when it has no area (2D: no length). */
 static PetscReal Flatness(const DemSurface *s, PetscInt c)
 {

@@ -36,7 +36,8 @@ typedef struct {
   PetscReal n[3];      /* unit, from the body to the centre */
   PetscReal distance;  /* of the centre [m]; negative inside a half-space or a solid cylinder */
   PetscReal curvature; /* of the body there, for Hertz: 0 flat, 1/R of a cylinder, -1/R inside one [1/m] */
-  PetscInt  kind;      /* 0 face, 1 edge, 2 corner */
+  PetscInt  kind;      /* 0 face, 1 edge, 2 corner; of a surface: */
+  PetscInt  which;     /* its number among the cells, edges, nodes */
 } DemTouch;
 
 #define DEM_TOUCHES 8 /* contacts of one sphere with one body that are kept: the nearest */
@@ -61,6 +62,13 @@ PetscErrorCode DemSurfaceSetReach(DemSurface *surface, PetscReal reach);
 PetscInt DemSurfaceTouch(const DemSurface *surface, const PetscReal centre[3], PetscReal radius, DemTouch touch[DEM_TOUCHES]);
 /* The same by trying every cell: the slow twin, for tests. */
 PetscInt DemSurfaceTouchAll(const DemSurface *surface, const PetscReal centre[3], PetscReal radius, DemTouch touch[DEM_TOUCHES]);
+
+/* A surface that moves and bends: after its x has changed, normals anew; and, once a node has moved by more than the reach has to spare, the grid. */
+void           DemSurfaceNormals(DemSurface *surface);
+PetscErrorCode DemSurfaceRegrid(DemSurface *surface);
+PetscBool      DemSurfaceNear(const DemSurface *surface, const PetscReal x[3]); /* may a point within `reach` be on the surface? false is certain */
+/* The foot of a touch: a cell it belongs to, and the share of each of the cell's corners; shares add to 1. Eq. (5.70) */
+void           DemSurfaceFoot(const DemSurface *surface, const DemTouch *touch, const PetscReal centre[3], PetscInt *cell, PetscReal share[3]);
 
 /* A nearer touch hides those whose normal is within 10 degrees of its own: they are one smooth part of the surface.  Eq. (5.52) */
 #define DEM_SMOOTH_COSINE 0.984807753012208

@@ -33,7 +33,7 @@ typedef struct {
   DemTouch touch[CANDIDATES]; /* nearest first; equal distances: faces, edges, corners */
 } Found;
 
-static void Insert(Found *found, const PetscReal n[3], PetscReal distance, PetscInt kind)
+static void Insert(Found *found, const PetscReal n[3], PetscReal distance, PetscInt kind, PetscInt which)
 {
   PetscInt k = found->n;
 
@@ -45,7 +45,7 @@ static void Insert(Found *found, const PetscReal n[3], PetscReal distance, Petsc
     found->touch[k] = found->touch[k - 1];
     k--;
   }
-  found->touch[k] = (DemTouch){{n[0], n[1], n[2]}, distance, 0, kind};
+  found->touch[k] = (DemTouch){{n[0], n[1], n[2]}, distance, 0, kind, which};
 }
 
 /* The nearest first; those it hides are left out. */
@@ -91,7 +91,7 @@ static void TryFace(const DemSurface *s, PetscInt c, const PetscReal centre[3], 
   h = Dot(w, &s->normal[3 * c]);
   if (PetscAbsReal(h) >= radius || !Over(s, c, centre)) return;
   for (PetscInt d = 0; d < 3; d++) n[d] = h < 0 ? -s->normal[3 * c + d] : s->normal[3 * c + d];
-  Insert(found, n, PetscAbsReal(h), 0);
+  Insert(found, n, PetscAbsReal(h), 0, c);
 }
 
 /* w from the foot to the centre, at distance l: n, or a face's normal where the centre lies on the surface itself */
@@ -124,7 +124,7 @@ static void TryEdge(const DemSurface *s, PetscInt e, const PetscReal centre[3], 
     if (sign * Dot(w, inward) > SEAM * l * PetscSqrtReal(length2)) return; /* nearer to the face */
   }
   Along(w, l, &s->normal[3 * s->edge_cell[2 * e]], n);
-  Insert(found, n, l, 1);
+  Insert(found, n, l, 1, e);
 }
 
 static void TryNode(const DemSurface *s, PetscInt node, const PetscReal centre[3], PetscReal radius, Found *found)
@@ -139,7 +139,7 @@ static void TryNode(const DemSurface *s, PetscInt node, const PetscReal centre[3
     if (Dot(w, side) > SEAM * l * PetscSqrtReal(Dot(side, side))) return; /* nearer to that edge */
   }
   Along(w, l, &s->normal[3 * s->node_owner[node]], n);
-  Insert(found, n, l, 2);
+  Insert(found, n, l, 2, node);
 }
 
 /* A face, and those of its edges and corners that it speaks for: whoever is near them has this cell in the list too. */

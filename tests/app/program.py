@@ -58,6 +58,34 @@ output:
 """
 
 
+TOUCH = """\
+title: Loose grains fall on an elastic plate
+dimension: 3
+time: {end: 12 ms, safety: 0.45}
+materials:
+  plate: {density: 1000 kg/m3, young: 10 MPa, poisson: 0.25}
+  grain: {density: 2000 kg/m3, young: 20 MPa, poisson: 0.2}
+bodies:
+  heap:
+    geometry: {box: {low: [0.3 m, 0.3 m, 0.1 m], size: [0.4 m, 0.4 m, 0.2 m]}}
+    method: dem
+    material: grain
+    dem: {packing: {radius: 50 mm}, bonded: false}
+    initial_velocity: [0 m/s, 0 m/s, -2 m/s]
+  plate:
+    geometry: {box: {low: [0 m, 0 m, 0 m], size: [1 m, 1 m, 0.095 m]}}
+    method: fem
+    material: plate
+    mesh: {size: 0.1 m}
+    surface: {friction: 0.3, restitution: 0.8}
+conditions:
+  - {group: xmin, body: plate, fix: all}
+  - {group: xmax, body: plate, fix: all}
+  - {gravity: [0 m/s2, 0 m/s2, -9.81 m/s2]}
+output: {history: {every: 0.2 ms}, fields: {every: 6 ms, names: [displacement]}}
+"""
+
+
 class Failed(Exception):
     pass
 
@@ -323,6 +351,31 @@ def test_preload(folder):
     write(folder, "free.yaml", FEM)
     cleave("run", "free.yaml", "--output", "free", "--stop-after", "2", cwd=folder)
     check(summary(folder, "free")["constructed"]["factorisations"] == 0, "a run without preload pays for a factor")
+
+
+def test_touch(folder):
+    """Loose grains on a plate of elements: both are there, the ledger closes, threads and a resume in mid-contact change no bit, faults have a place."""
+    write(folder, "touch.yaml", TOUCH)
+    cleave("check", "touch.yaml", cwd=folder)
+    cleave("run", "touch.yaml", "--output", "whole", cwd=folder)
+    cleave("run", "touch.yaml", "--output", "threads", "--threads", "2", cwd=folder)
+    cleave("run", "touch.yaml", "--output", "parts", "--stop-after", "60", cwd=folder)
+    cleave("run", "touch.yaml", "--output", "parts", "--resume", cwd=folder)
+    same_results(os.path.join(folder, "whole"), os.path.join(folder, "parts"))
+    same_results(os.path.join(folder, "whole"), os.path.join(folder, "threads"))
+    text = read(folder, "whole", "history.csv").decode().splitlines()
+    rows = [dict(zip(text[0].split(","), map(float, line.split(",")))) for line in text[1:]]
+    pushed = [row["time[s]"] for row in rows if row["contact_force(plate).z[N]"] < 0]
+    check(pushed, "no grain met the plate")
+    check(any(row["contact_force(plate).z[N]"] < 0 for row in rows if 57 <= row["step[-]"] <= 63), "the stop at step 60 was not in mid-contact", pushed)
+    check(max(row["ledger_error[-]"] for row in rows) < 1e-3, [row["ledger_error[-]"] for row in rows])
+    found = frames(os.path.join(folder, "whole"))
+    check(any("fem" in name for name in found) and any("particles" in name for name in found), sorted(found))
+    for old, new, words in (("    surface: {friction: 0.3, restitution: 0.8}\n", "", "surface: {friction: 0.3}"), (", body: plate", "", "add body"), ("surface: {friction: 0.3", "surface: {friction: -0.3", "friction"),
+                            ("end: 12 ms, safety: 0.45", "end: 12 ms, method: static", "static"), ("low: [0.3 m, 0.3 m, 0.1 m]", "low: [0.3 m, 0.3 m, 0.08 m]", "overlaps the surface"), ("mesh: {size: 0.1 m}", "mesh: {size: 0.1 m, order: 2}", "linear")):
+        write(folder, "bad.yaml", TOUCH.replace(old, new))
+        said = cleave("run", "bad.yaml", "--output", "bad", cwd=folder, expect=2)
+        check("bad.yaml:" in said and words in said, said)
 
 
 def test_interrupt(folder):
