@@ -236,7 +236,19 @@ static PetscErrorCode KeepStep(CouplingModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model)
+/* Without sub-steps the trial still tells whether the overlap's energy has a minimum: too few particles to an element, and it has none. */
+static PetscErrorCode CheckEnergy(CouplingModel model)
+{
+  PetscBool stable;
+
+  PetscFunctionBegin;
+  PetscCall(IsStable(model, 1, model->limit, &stable));
+  BaseCheckInput(stable, model->comm,
+                 "The overlap of elements and particles has no stable energy: a trial from small random velocities gains energy. Give the overlap's elements about 4 particles to a side, 3 at least: smaller particles, or larger elements there");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Choose(CouplingModel model)
 {
   const PetscInt asked = model->options.substeps;
   PetscReal      fem, dem, outer, room, local;
@@ -276,5 +288,13 @@ PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model)
   }
   PetscCall(PetscFree(inner));
   model->substeps = found;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model)
+{
+  PetscFunctionBegin;
+  PetscCall(Choose(model));
+  if (model->substeps == 1 && model->given == 0) PetscCall(CheckEnergy(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -70,13 +70,14 @@ PetscErrorCode FemModelSubForces(FemModel model, PetscReal H, const PetscReal *u
   const PetscInt dim = model->dim, n = model->n_own * dim;
 
   PetscFunctionBegin;
-  PetscCheck(in->m > 1, model->comm, PETSC_ERR_ORDER, "Call FemModelSetInnerCells() first");
   PetscCall(FemApply(model, u, slow));
-  InnerTimes(model, u, in->net);
-  for (PetscInt k = 0; k < in->n * dim; k++) in->net[k] = -in->net[k];
-  Correct(model, H, in->net, in->correction);
+  if (in->m > 1) {
+    InnerTimes(model, u, in->net);
+    for (PetscInt k = 0; k < in->n * dim; k++) in->net[k] = -in->net[k];
+    Correct(model, H, in->net, in->correction);
+  }
   for (PetscInt k = 0; k < n; k++) {
-    const PetscInt j = in->place[k / dim];
+    const PetscInt j = in->m > 1 ? in->place[k / dim] : -1;
 
     slow[k]     = -slow[k] + (j >= 0 ? in->correction[j * dim + k % dim] : 0);
     fast[k]     = j >= 0 ? in->net[j * dim + k % dim] : 0;

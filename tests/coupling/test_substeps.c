@@ -308,6 +308,27 @@ static PetscErrorCode TestRestart(void)
 }
 CHECK_TEST(TestRestart)
 
-static const struct CMUnitTest tests[] = {TEST(TestWave), TEST(TestBounded), TEST(TestStaticBar), TEST(TestRefused), TEST(TestRestart)};
+/* One particle to an element of the overlap: the corrected energy has no minimum, and the set-up says so, sub-steps or not; two are borne. */
+static PetscErrorCode TestTooFew(void)
+{
+  const PetscReal size[3] = {14, 2, 2};
+
+  PetscFunctionBeginUser;
+  for (PetscInt dim = 2; dim <= 3; dim++)
+    for (PetscInt m = 0; m < 2; m++)
+      for (PetscInt ratio = 1; ratio <= 2; ratio++) {
+        const CouplingOptions options = {.floor = 0.05, .affine = PETSC_TRUE, .substeps = m};
+        Coupled               c;
+
+        PetscCall(CoupledCreate(dim, size, 1, 6, 8, ratio, 2, 0.2, 1, &options, &c));
+        if (ratio == 1) CheckFails(CouplingModelSetUp(c.model), PETSC_ERR_USER_INPUT, "has no stable energy");
+        else PetscCall(CouplingModelSetUp(c.model));
+        PetscCall(CoupledDestroy(&c));
+      }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestTooFew)
+
+static const struct CMUnitTest tests[] = {TEST(TestTooFew), TEST(TestWave), TEST(TestBounded), TEST(TestStaticBar), TEST(TestRefused), TEST(TestRestart)};
 
 CHECK_MAIN(tests)
