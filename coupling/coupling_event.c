@@ -112,29 +112,25 @@ static void CellStress(const CouplingSwitch sw, const CouplingHalves *h, const P
 }
 
 /* Bonds of the overlap that near their strength, half way from `at` to 1, ask for the cells they lie in: a crack's tip is finer than an element.  Eq. (8.3) */
-static PetscErrorCode LookAtBonds(CouplingSwitch sw, const PetscReal *u, PetscBool marked[], PetscReal *highest)
+static PetscErrorCode LookAtBonds(CouplingSwitch sw, PetscBool marked[], PetscReal *highest)
 {
   const CouplingHalves *h = sw->now;
   PetscInt             *facet, n = 0;
-  PetscReal            *t, *normal;
+  PetscReal            *use;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc3(h->n_watched, &facet, 3 * h->n_watched, &t, 3 * h->n_watched, &normal));
+  PetscCall(PetscMalloc2(h->n_watched, &facet, h->n_watched, &use));
   for (PetscInt k = 0; k < h->n_watched; k++)
     if (sw->use[CellOf(sw, h, h->watched[k])] >= COUPLING_WAKE) facet[n++] = h->watched[k];
-  if (n) PetscCall(DemModelGetTractions(h->dem, n, facet, t, normal));
+  if (n) PetscCall(DemModelGetFacetUse(h->dem, n, facet, use));
   for (PetscInt k = 0; k < n; k++) {
     const PetscInt c = CellOf(sw, h, facet[k]);
-    PetscReal      stress[6], value[3], major[3], use;
 
-    CellStress(sw, h, u, h->top_of[c], stress);
-    CouplingPrincipal_Internal(sw->whole->dim, stress, value, major);
-    use = CouplingFacetUse_Internal(&sw->strength, t + 3 * k, normal + 3 * k, major);
-    if (use < 0.5 * (1 + sw->options.at)) continue;
-    *highest  = PetscMax(*highest, use);
+    if (use[k] < 0.5 * (1 + sw->options.at)) continue;
+    if (sw->may[c]) *highest = PetscMax(*highest, use[k]);
     marked[c] = PETSC_TRUE;
   }
-  PetscCall(PetscFree3(facet, t, normal));
+  PetscCall(PetscFree2(facet, use));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -176,7 +172,7 @@ PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t)
     any       = PETSC_TRUE;
     element   = PetscMax(element, sw->use[c]);
   }
-  PetscCall(LookAtBonds(sw, fs.u, asks, &bond));
+  PetscCall(LookAtBonds(sw, asks, &bond));
   PetscCall(FemModelRestoreState(h->fem, &fs));
   for (PetscInt c = 0; c < sw->whole->n_cells; c++) {
     if (!asks[c]) continue;
@@ -410,37 +406,22 @@ static PetscErrorCode KeepMomentum(CouplingHalves *h, const PetscInt of[], const
 static PetscErrorCode CountAbove(CouplingSwitch sw, const CouplingHalves *old, const CouplingHalves *h, PetscInt *above)
 {
   const PetscInt m = sw->w.cells->n_facets;
-  PetscInt      *facet, *cell, n = 0;
+  PetscInt      *facet, n = 0;
   PetscBool     *could, *watched;
-  PetscReal     *t, *normal;
-  FemState       fs;
+  PetscReal     *use;
 
   PetscFunctionBegin;
   PetscCall(PetscCalloc2(m, &could, h->carved.cells.n_facets, &watched));
-  PetscCall(PetscMalloc4(h->carved.cells.n_facets, &facet, h->carved.cells.n_facets, &cell, 3 * h->carved.cells.n_facets, &t, 3 * h->carved.cells.n_facets, &normal));
+  PetscCall(PetscMalloc2(h->carved.cells.n_facets, &facet, h->carved.cells.n_facets, &use));
   for (PetscInt f = 0; f < old->carved.cells.n_facets; f++) could[old->carved.facet[f]] = PETSC_TRUE;
   for (PetscInt k = 0; k < old->n_watched; k++) could[old->carved.facet[old->watched[k]]] = PETSC_FALSE;
   for (PetscInt k = 0; k < h->n_watched; k++) watched[h->watched[k]] = PETSC_TRUE;
-  for (PetscInt f = 0; f < h->carved.cells.n_facets; f++) {
-    const PetscInt g = h->carved.facet[f], p = sw->w.home[sw->w.cells->p[g]], q = sw->w.home[sw->w.cells->q[g]];
-
-    if (watched[f] || could[g]) continue;
-    facet[n]  = f;
-    cell[n++] = old->top_of[p] >= 0 ? p : q; /* one of them was an element's */
-  }
+  for (PetscInt f = 0; f < h->carved.cells.n_facets; f++)
+    if (!watched[f] && !could[h->carved.facet[f]]) facet[n++] = f;
   *above = 0;
-  PetscCall(DemModelGetTractions(h->dem, n, facet, t, normal));
-  PetscCall(FemModelGetState(old->fem, &fs));
-  for (PetscInt k = 0; k < n; k++) {
-    PetscReal stress[6], value[3], major[3];
-
-    if (old->top_of[cell[k]] < 0) continue;
-    CellStress(sw, old, fs.u, old->top_of[cell[k]], stress);
-    CouplingPrincipal_Internal(sw->whole->dim, stress, value, major);
-    *above += CouplingFacetUse_Internal(&sw->strength, t + 3 * k, normal + 3 * k, major) > 1;
-  }
-  PetscCall(FemModelRestoreState(old->fem, &fs));
-  PetscCall(PetscFree4(facet, cell, t, normal));
+  PetscCall(DemModelGetFacetUse(h->dem, n, facet, use));
+  for (PetscInt k = 0; k < n; k++) *above += use[k] > 1;
+  PetscCall(PetscFree2(facet, use));
   PetscCall(PetscFree2(could, watched));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -79,9 +79,7 @@ PetscErrorCode CouplingCarve_Internal(const CouplingWhole *w, const PetscInt rin
 PetscErrorCode CouplingCarvedDestroy_Internal(CouplingCarved *carved);
 
 /* coupling_criterion.c */
-void      CouplingPrincipal_Internal(PetscInt dim, const PetscReal stress[6], PetscReal value[3], PetscReal major[3]); /* descending; direction of the first */
 PetscReal CouplingUse_Internal(CouplingCriterion when, const DemStrength *strength, PetscInt dim, const PetscReal stress[6]);
-PetscReal CouplingFacetUse_Internal(const DemStrength *strength, const PetscReal traction[3], const PetscReal normal[3], const PetscReal major[3]);
 
 /* coupling_recover.c: nodal gradients of a field on the elements; G [nodes][dim][dim], G_ij = du_i/dx_j */
 PetscErrorCode CouplingRecover_Internal(const Mesh *mesh, PetscReal thickness, const PetscBool wanted[], const PetscReal *u, PetscReal *G);

@@ -169,7 +169,7 @@ PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt);
    likewise, of the cells. After set-up, before the first step; the caller then gives new particles their state and asks for forces. */
 PetscErrorCode DemModelContinue(DemModel model, DemModel from, const PetscInt particle[], const PetscInt facet[]);
 PetscErrorCode DemModelGetTime(DemModel model, PetscReal *t); /* of the present state [s] */
-PetscErrorCode DemModelGetTractions(DemModel model, PetscInt n, const PetscInt facet[], PetscReal traction[], PetscReal normal[]); /* [n][3] [Pa], unweighted */
+PetscErrorCode DemModelGetFacetUse(DemModel model, PetscInt n, const PetscInt facet[], PetscReal use[]); /* fraction of their strength [n], of the cells' facets */
 
 PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks);
 /* One row per bond, on loan until the next call. */

@@ -88,44 +88,90 @@ PetscErrorCode DemModelGetTime(DemModel model, PetscReal *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-  DemModelGetTractions - t~ [Pa] of facets of the cells, [n][3], on the side of the particle that comes first in the model
-
-  What the whole, unweighted facet carries: (2 G gap + lambda (eps_p a - eps_q b)) / d, the volumetric part without the weights of an
-  overlap. Dilations are those of the last force evaluation. normal [n][3]: from that particle to the other, turned with it.
-*/
-PetscErrorCode DemModelGetTractions(DemModel model, PetscInt n_facets, const PetscInt facet[], PetscReal traction[], PetscReal normal[])
+/* Traction t~ [Pa] of the whole, unweighted facet of bond k on its first end, arms of both ends, distance and normal now. */
+static void Traction(DemModel model, PetscInt k, PetscReal t[3], PetscReal a[3], PetscReal b[3], PetscReal normal[3])
 {
   const DemBonds *bonds = &model->bonds;
-  const PetscInt  n = model->n;
-  PetscInt       *bond;
+  const PetscInt  n = model->n, p = bonds->p[k], q = bonds->q[k];
+  const PetscReal ep = model->dilation[p] / (model->share ? model->share[p] : 1), eq = model->dilation[q] / (model->share ? model->share[q] : 1);
+  PetscReal       y[3] = {0}, ta[3], tb[3], ty[3], d = 0;
+
+  for (PetscInt c = 0; c < 3; c++) a[c] = b[c] = 0;
+  for (PetscInt c = 0; c < model->dim; c++) {
+    a[c] = bonds->arm[c * bonds->n + k];
+    y[c] = model->x0[c * n + q] - model->x0[c * n + p];
+    b[c] = a[c] - y[c];
+    d += y[c] * y[c];
+  }
+  d = PetscSqrtReal(d);
+  DemTurn(model->dim, n, p, model->rot, a, ta);
+  DemTurn(model->dim, n, q, model->rot, b, tb);
+  DemTurn(model->dim, n, p, model->rot, y, ty);
+  for (PetscInt c = 0; c < 3; c++) {
+    const PetscReal gap = c < model->dim ? model->u[c * n + q] - model->u[c * n + p] + tb[c] - ta[c] : 0;
+
+    a[c] += ta[c];
+    b[c] += tb[c];
+    t[c]      = (2 * model->g_shear * gap + model->lambda * (ep * a[c] - eq * b[c])) / d;
+    normal[c] = (y[c] + ty[c]) / d;
+  }
+}
+
+/*
+  DemModelGetFacetUse - how near its strength a facet is that cannot break: the rule that would break it, eqs (4.20), (4.25)
+
+  1 = at its strength. The opening direction is that of both ends' mean stress, from whole facets less what is broken of them,
+  without the weights of an overlap. Dilations are those of the last force evaluation.
+*/
+PetscErrorCode DemModelGetFacetUse(DemModel model, PetscInt n, const PetscInt facet[], PetscReal use[])
+{
+  const DemBonds    *bonds = &model->bonds;
+  const DemStrength *strength = &model->strength;
+  PetscInt          *bond;
+  PetscReal         *sum;
+  PetscBool         *wanted;
 
   PetscFunctionBegin;
-  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() first");
+  PetscCheck(model->ready && !model->net, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() first, for elasticity exact");
   PetscCall(PetscMalloc1(model->cells.n_facets, &bond));
-  for (PetscInt k = 0; k < bonds->n; k++) bond[bonds->facet[k]] = k;
-  for (PetscInt i = 0; i < n_facets; i++) {
-    const PetscInt  k = bond[facet[i]], p = bonds->p[k], q = bonds->q[k];
-    const PetscReal ep = model->dilation[p] / (model->share ? model->share[p] : 1), eq = model->dilation[q] / (model->share ? model->share[q] : 1);
-    PetscReal       a[3] = {0}, b[3] = {0}, y[3] = {0}, ta[3], tb[3], ty[3], d = 0;
+  PetscCall(PetscCalloc2(6 * model->n, &sum, model->n, &wanted));
+  for (PetscInt k = 0; k < bonds->n; k++)
+    if (bonds->facet[k] >= 0) bond[bonds->facet[k]] = k;
+  for (PetscInt i = 0; i < n; i++) wanted[bonds->p[bond[facet[i]]]] = wanted[bonds->q[bond[facet[i]]]] = PETSC_TRUE;
+  for (PetscInt k = 0; k < bonds->n; k++) {
+    const PetscInt  p = bonds->p[k], q = bonds->q[k];
+    PetscReal       t[3], a[3], b[3], normal[3], area;
 
-    for (PetscInt c = 0; c < model->dim; c++) {
-      a[c] = bonds->arm[c * bonds->n + k];
-      y[c] = model->x0[c * n + q] - model->x0[c * n + p];
-      b[c] = a[c] - y[c];
-      d += y[c] * y[c];
-    }
-    d = PetscSqrtReal(d);
-    DemTurn(model->dim, n, p, model->rot, a, ta);
-    DemTurn(model->dim, n, q, model->rot, b, tb);
-    DemTurn(model->dim, n, p, model->rot, y, ty);
-    for (PetscInt c = 0; c < 3; c++) {
-      const PetscReal gap = c < model->dim ? model->u[c * n + q] - model->u[c * n + p] + tb[c] - ta[c] : 0;
+    if (bonds->facet[k] < 0 || (!wanted[p] && !wanted[q])) continue;
+    Traction(model, k, t, a, b, normal);
+    area = model->cells.area[bonds->facet[k]] * (1 - (model->crack.damage ? model->crack.damage[k] : 0));
+    for (PetscInt side = 0; side < 2; side++) {
+      PetscReal       *s = sum + 6 * (side ? q : p);
+      const PetscReal *r = side ? b : a, force = side ? -area : area;
 
-      traction[3 * i + c] = (2 * model->g_shear * gap + model->lambda * (ep * (a[c] + ta[c]) - eq * (b[c] + tb[c]))) / d;
-      normal[3 * i + c]   = (y[c] + ty[c]) / d;
+      for (PetscInt c = 0; c < 3; c++) {
+        s[c] += force * t[c] * r[c];
+        s[3 + c] += 0.5 * force * (t[c] * r[(c + 1) % 3] + t[(c + 1) % 3] * r[c]);
+      }
     }
   }
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscInt k = bond[facet[i]], p = bonds->p[k], q = bonds->q[k];
+    PetscReal      t[3], a[3], b[3], normal[3], s[6], e[3], along = 0, pull = 0, tn = 0, ts = 0;
+
+    Traction(model, k, t, a, b, normal);
+    for (PetscInt c = 0; c < 6; c++) s[c] = sum[6 * p + c] + sum[6 * q + c];
+    (void)DemMajorDirection_Internal(model->dim, s, e);
+    for (PetscInt c = 0; c < 3; c++) {
+      along += normal[c] * e[c];
+      pull += t[c] * e[c];
+      tn += t[c] * normal[c];
+    }
+    for (PetscInt c = 0; c < 3; c++) ts += PetscSqr(t[c] - tn * normal[c]);
+    use[i] = strength->tensile > 0 && PetscAbsReal(along) >= DEM_SMALLEST_COSINE ? PetscMax(0, pull / along / strength->tensile) : 0;
+    if (strength->shear > 0) use[i] = PetscMax(use[i], (PetscSqrtReal(ts) + strength->mu_static * tn) / strength->shear);
+  }
+  PetscCall(PetscFree2(sum, wanted));
   PetscCall(PetscFree(bond));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

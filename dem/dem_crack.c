@@ -310,8 +310,7 @@ PetscReal DemCracksEnergy_Internal(DemModel model, PetscInt block, PetscReal *co
   return sum;
 }
 
-/* Major principal value and unit direction of a symmetric tensor in Voigt order xx yy zz xy yz zx; 2D uses the plane alone. */
-static PetscReal MajorDirection(PetscInt dim, const PetscReal s[6], PetscReal e[3])
+PetscReal DemMajorDirection_Internal(PetscInt dim, const PetscReal s[6], PetscReal e[3])
 {
   if (dim == 2) {
     const PetscReal mean = 0.5 * (s[0] + s[1]), half = 0.5 * (s[0] - s[1]), radius = PetscSqrtReal(half * half + s[3] * s[3]);
@@ -461,7 +460,7 @@ static void BlockLook(DemModel model, PetscInt b)
 
       DemTurn(model->dim, n, p, model->rot, r, turned);
       for (PetscInt c = 0; c < 3; c++) e[c] = (r[c] + turned[c]) / d;
-    } else (void)MajorDirection(model->dim, s, e);
+    } else (void)DemMajorDirection_Internal(model->dim, s, e);
 
     DemTurn(model->dim, n, p, model->rot, r, turned);
     if (Dot3(e, r) + Dot3(e, turned) < 0)

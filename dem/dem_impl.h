@@ -261,6 +261,8 @@ PetscErrorCode DemKineticEnergy_Internal(DemModel model, PetscReal *kinetic, Pet
 /* dem_crack.c: what the live bonds of a block add to the rule of all its bonds */
 PetscErrorCode DemSetUpCracks_Internal(DemModel model);
 PetscErrorCode DemCracksDestroy_Internal(DemModel model);
+/* Major principal value and unit direction of a symmetric tensor, Voigt xx yy zz xy yz zx; 2D uses the plane alone. */
+PetscReal      DemMajorDirection_Internal(PetscInt dim, const PetscReal s[6], PetscReal e[3]);
 PetscErrorCode DemCracksLook_Internal(DemModel model); /* stresses, opening directions, which blocks are awake */
 void      DemCracksSum_Internal(DemModel model, PetscInt block, PetscReal *copy);
 void      DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, PetscInt flags);
