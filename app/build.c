@@ -167,11 +167,14 @@ PetscErrorCode AppCasePack(AppCase *c)
   PetscCall(SceneHas(c->scene, path, &has));
   if (has) {
     const char *name;
-    char        file[PETSC_MAX_PATH_LEN];
+    char        file[PETSC_MAX_PATH_LEN], key[256];
+    PetscBool   trim;
 
     PetscCall(SceneGetString(c->scene, path, &name));
     PetscCall(SceneFilePath(c->scene, name, sizeof(file), file));
-    AppCallAt(c->scene, path, DemPackingRead(file, &c->body, &c->packing));
+    PetscCall(PetscSNPrintf(key, sizeof(key), "bodies.%s.dem.packing.trim", body));
+    PetscCall(SceneGetBool(c->scene, key, &trim));
+    AppCallAt(c->scene, path, DemPackingRead(file, &c->body, trim, &c->packing));
   } else {
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.radius", body));
     PetscCall(SceneHas(c->scene, path, &has));

@@ -121,6 +121,7 @@ static const SceneKey keys[] = {
   {"bodies.*.dem.packing.radius",              SCENE_REAL,   "m",     NULL,        POSITIVE,     NULL, "3", "mean radius", SCENE_ONE_OF},
   {"bodies.*.dem.packing.count",               SCENE_INT,    "-",     NULL,        "[1, 1e8]",   NULL, "3", "how many particles, about", SCENE_ONE_OF},
   {"bodies.*.dem.packing.file",                SCENE_FILE,   "",      NULL,        NULL,         NULL, "-",   "own packing: a text table x y z r in metres", SCENE_ONE_OF},
+  {"bodies.*.dem.packing.trim",                SCENE_BOOL,   "",      "false",     NULL,         NULL, "-",   "own packing: leave out what lies outside the particles' part of the body, instead of refusing it", 0},
   {"bodies.*.dem.packing.spread",              SCENE_REAL,   "-",     "0.2",       "[0, 0.6]",   NULL, "3", "half width of the sizes / mean radius", 0},
   {"bodies.*.dem.packing.seed",                SCENE_INT,    "-",     "1",         "[0, 2e9]",   NULL, "3", "another seed, another packing; the same seed, the same packing", 0},
   {"bodies.*.dem.packing.porosity",            SCENE_REAL,   "-",     NULL,        "(0, 1)",     NULL, "5.80", "loose grains: laid out apart from each other, so loosely; without: close-packed, which overlaps", 0},

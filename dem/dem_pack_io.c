@@ -31,7 +31,7 @@ static PetscInt ReadNumbers(char *text, PetscReal v[5])
   }
 }
 
-PetscErrorCode DemPackingRead(const char *file, const DemBody *body, DemPacking *packing)
+PetscErrorCode DemPackingRead(const char *file, const DemBody *body, PetscBool trim, DemPacking *packing)
 {
   FILE         *in;
   char          text[BASE_LINE];
@@ -60,6 +60,7 @@ PetscErrorCode DemPackingRead(const char *file, const DemBody *body, DemPacking 
     } else if (body->dim == 2 && v[2] != 0) {
       fault = "leaves the plane z = 0 of a 2D body";
     } else if (!DemBodySearchInside(&search, v)) {
+      if (trim) continue;
       fault = "has its centre outside the body (are the numbers in metres?)";
     } else {
       if (n == room) {
@@ -76,7 +77,7 @@ PetscErrorCode DemPackingRead(const char *file, const DemBody *body, DemPacking 
   PetscCall(DemBodySearchDestroy(&search));
   if (fault || !n) PetscCall(DemPackingDestroy(packing));
   BaseCheckInput(!fault, PETSC_COMM_SELF, "%s:%" PetscInt_FMT ": this line %s", file, fault_line, fault);
-  BaseCheckInput(n, PETSC_COMM_SELF, "%s holds no particle; a packing is lines x y z r [m]", file);
+  BaseCheckInput(n, PETSC_COMM_SELF, "%s holds no particle%s; a packing is lines x y z r [m]", file, trim ? " with its centre in the body" : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

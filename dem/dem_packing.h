@@ -32,7 +32,7 @@ PetscErrorCode DemPackingCreate(const DemBody *body, const DemPackingOptions *op
 /* Grains that come later (DemModelSetRain()): options->count of them, all at the body's middle until then. */
 PetscErrorCode DemPackingCreateRain(const DemBody *body, const DemPackingOptions *options, DemPacking *packing);
 /* Text table "x y z r" or "x,y,z,r", '#' comments; a centre outside the body or a bad line is PETSC_ERR_USER_INPUT with its line. */
-PetscErrorCode DemPackingRead(const char *file, const DemBody *body, DemPacking *packing);
+PetscErrorCode DemPackingRead(const char *file, const DemBody *body, PetscBool trim, DemPacking *packing); /* trim: leave out centres outside the body */
 PetscErrorCode DemPackingWrite(const DemPacking *packing, const char *file);
 PetscErrorCode DemPackingGetReport(const DemPacking *packing, const DemBody *body, DemPackingReport *report);
 PetscErrorCode DemPackingDestroy(DemPacking *packing);

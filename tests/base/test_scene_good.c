@@ -330,7 +330,7 @@ CHECK_TEST(TestResolvedPlate)
 /* radius derived from count stands as a comment: a scene must not give both. */
 static PetscErrorCode TestResolvedCore(void)
 {
-  static const char *const contains[] = {"        # radius: 0.0123456789 m  # derived: from count\n        count: 500  # user\n        spread: 0.2  # default\n        seed: 7  # user\n",
+  static const char *const contains[] = {"        # radius: 0.0123456789 m  # derived: from count\n        count: 500  # user\n        trim: false  # default\n        spread: 0.2  # default\n        seed: 7  # user\n",
                                          "dimension: 3  # default\n",
                                          "    poisson: 0.2  # user\n",
                                          "    bonded: true  # default\n",

@@ -267,23 +267,29 @@ static PetscErrorCode TestFiles(void)
   PetscCall(DemBodyCreateBox(2, low, high, 1, &flat));
   PetscCall(DemPackingCreate(&body, &options, &packing));
   PetscCall(DemPackingWrite(&packing, file));
-  PetscCall(DemPackingRead(file, &body, &again));
+  PetscCall(DemPackingRead(file, &body, PETSC_FALSE, &again));
   CheckInt(again.n, packing.n);
   CheckTrue(!memcmp(again.x, packing.x, 3 * packing.n * sizeof(PetscReal)));
   CheckTrue(!memcmp(again.r, packing.r, packing.n * sizeof(PetscReal)));
   PetscCall(DemPackingDestroy(&again));
   WriteFile(file, "# commas, blanks, comments\n  0.01, 0.02,\t0.03 ,0.004 # one\n\n0.05 0.06 0.07 1e-3\r\n");
-  PetscCall(DemPackingRead(file, &body, &again));
+  PetscCall(DemPackingRead(file, &body, PETSC_FALSE, &again));
   CheckInt(again.n, 2);
   CheckNear(again.x[2], 0.03, 0);
   CheckNear(again.r[1], 1e-3, 0);
   PetscCall(DemPackingDestroy(&again));
   for (size_t k = 0; k < sizeof(bad) / sizeof(bad[0]); k++) {
     WriteFile(file, bad[k][0]);
-    CheckFails(DemPackingRead(file, &body, &again), PETSC_ERR_USER_INPUT, bad[k][1]);
+    CheckFails(DemPackingRead(file, &body, PETSC_FALSE, &again), PETSC_ERR_USER_INPUT, bad[k][1]);
   }
+  WriteFile(file, "0.05 0.05 0.05 0.01\n50 50 50 10\n"); /* trimmed: what is outside is left out, nothing left is refused */
+  PetscCall(DemPackingRead(file, &body, PETSC_TRUE, &again));
+  CheckInt(again.n, 1);
+  PetscCall(DemPackingDestroy(&again));
+  WriteFile(file, "50 50 50 10\n");
+  CheckFails(DemPackingRead(file, &body, PETSC_TRUE, &again), PETSC_ERR_USER_INPUT, "holds no particle with its centre in the body");
   WriteFile(file, "0.05 0.05 0.05 0.01\n");
-  CheckFails(DemPackingRead(file, &flat, &again), PETSC_ERR_USER_INPUT, ":1: this line leaves the plane z = 0");
+  CheckFails(DemPackingRead(file, &flat, PETSC_FALSE, &again), PETSC_ERR_USER_INPUT, ":1: this line leaves the plane z = 0");
   {
     char *line;
 
@@ -292,10 +298,10 @@ static PetscErrorCode TestFiles(void)
     line[19999] = 0;
     WriteFile(file, line);
     PetscCall(PetscFree(line));
-    CheckFails(DemPackingRead(file, &body, &again), PETSC_ERR_USER_INPUT, ":1: this line is too long");
+    CheckFails(DemPackingRead(file, &body, PETSC_FALSE, &again), PETSC_ERR_USER_INPUT, ":1: this line is too long");
   }
   remove(file);
-  CheckFails(DemPackingRead(file, &body, &again), PETSC_ERR_USER_INPUT, "Cannot read the packing");
+  CheckFails(DemPackingRead(file, &body, PETSC_FALSE, &again), PETSC_ERR_USER_INPUT, "Cannot read the packing");
   CheckFails(DemPackingWrite(&packing, "no such folder/packing.txt"), PETSC_ERR_USER_INPUT, "Cannot write the packing");
   PetscCall(DemPackingDestroy(&packing));
   PetscCall(DemBodyDestroy(&body));

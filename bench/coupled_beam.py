@@ -1,0 +1,85 @@
+"""The notched beam three ways on one packing: python3 bench/coupled_beam.py BUILD OUT [SEEDS [AT ...]]
+
+Particles alone (examples/notched_beam/particles.yaml), a fixed overlap, and elements that turn (adaptive.yaml) at each threshold AT
+(0.5 0.6 0.7 0.8), for SEEDS (3) packings of the whole beam, of which the coupled bodies take what lies in their part. Same rate, own
+step of each. Writes OUT/coupled_beam.csv, .md and .png; runs that are already in OUT are not run again.
+"""
+import csv, json, os, subprocess, sys
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+SCENES = os.path.join(HERE, "..", "examples", "notched_beam")
+
+
+def cleave(build, *arguments):
+    subprocess.run([os.path.join(build, "app", "cleave"), *arguments], check=True, stdout=subprocess.DEVNULL)
+
+
+def run(build, out, name, scene, settings):
+    where = os.path.join(out, name)
+    if not os.path.exists(os.path.join(where, "summary.json")):
+        sets = [word for s in settings for word in ("--set", s)]
+        cleave(build, "run", os.path.join(SCENES, scene), "--output", where, "--threads", "1", *sets)
+    return where
+
+
+def read(where):
+    with open(os.path.join(where, "history.csv")) as lines:
+        rows = list(csv.reader(lines))
+    table = np.array(rows[1:], float)
+    column = {name: table[:, k] for k, name in enumerate(rows[0])}
+    cmod = 1e3 * (column["displacement(right lip).x[m]"] - column["displacement(left lip).x[m]"])
+    force = -column["reaction(load).y[N]"]
+    mean = np.convolve(force, np.ones(50) / 50, "valid")  # 1 ms: a swing of the arms
+    with open(os.path.join(where, "summary.json")) as text:
+        summary = json.load(text)
+    turning = summary.get("switch") or {}
+    return {
+        "cmod": cmod, "force": force, "peak": mean.max(), "work": 1e3 * column["energy.fracture[J]"][-1], "ledger": np.abs(column["ledger_error[-]"]).max(),
+        "particles": turning.get("particles_awake") or summary["plan"].get("particles"), "above": turning.get("bonds_above_strength", 0),
+        "seconds": summary["seconds"],
+    }
+
+
+def main():
+    build, out = sys.argv[1], os.path.abspath(sys.argv[2])
+    seeds = int(sys.argv[3]) if len(sys.argv) > 3 else 3
+    thresholds = sys.argv[4:] or ["0.7", "0.5", "0.6", "0.8"]
+    rows, curves = [], {}
+    for seed in range(1, seeds + 1):
+        packed = os.path.join(out, f"packing{seed}")
+        if not os.path.exists(os.path.join(packed, "packing.csv")):
+            cleave(build, "pack", os.path.join(SCENES, "particles.yaml"), "--output", packed, "--set", f"bodies.beam.dem.packing.seed={seed}")
+        packing = "bodies.beam.dem.packing={file: %s, trim: true}" % os.path.join(packed, "packing.csv")
+        jobs = [(f"adaptive {at}", "adaptive.yaml", [packing, f"coupling.switch.at={at}"]) for at in thresholds]
+        jobs += [("fixed overlap", "adaptive.yaml", [packing, "coupling.switch.when=never", "bodies.beam.dem.group=ligament"]), ("particles", "particles.yaml", [packing])]
+        for name, scene, settings in jobs:
+            result = read(run(build, out, f"{name.replace(' ', '_')}_{seed}", scene, settings))
+            curves[name, seed] = result
+            rows.append([seed, name, result])
+    with open(os.path.join(out, "coupled_beam.csv"), "w") as text:
+        text.write("seed,body,peak[N],fracture_work[mJ],particles,stepping[s],bonds_above_strength,ledger_error\n")
+        for seed, name, r in rows:
+            text.write(f"{seed},{name},{r['peak']:.6g},{r['work']:.6g},{r['particles']},{r['seconds'].get('stepping', float('nan')):.4g},{r['above']},{r['ledger']:.2g}\n")
+    with open(os.path.join(out, "coupled_beam.md"), "w") as text:
+        text.write("| seed | body | peak [N] | | fracture work [mJ] | | particles | stepping [s] | above strength | ledger |\n|---|---|---|---|---|---|---|---|---|---|\n")
+        for seed, name, r in rows:
+            whole = curves["particles", seed]
+            text.write(f"| {seed} | {name} | {r['peak']:.1f} | {100 * (r['peak'] / whole['peak'] - 1):+.1f} % | {r['work']:.2f} | {100 * (r['work'] / whole['work'] - 1):+.1f} % "
+                       f"| {r['particles']} | {r['seconds'].get('stepping', float('nan')):.0f} | {r['above']} | {r['ledger']:.1e} |\n")
+    figure, axis = plt.subplots(figsize=(7, 4.5))
+    for (name, seed), r in curves.items():
+        if seed == 1:
+            axis.plot(r["cmod"], r["force"], label=name, lw=1)
+    axis.set(xlabel="opening between the lips [mm]", ylabel="force [N]", title="one packing, three bodies")
+    axis.legend()
+    figure.savefig(os.path.join(out, "coupled_beam.png"), dpi=130, bbox_inches="tight")
+    print(open(os.path.join(out, "coupled_beam.md")).read())
+
+
+main()
