@@ -336,6 +336,7 @@ static PetscErrorCode MakeSides(void *ctx, const CouplingSplit *split, const Dem
   PetscCall(DemModelSetInitialVelocity(c->dem, velocity));
   AppCallAt(c->scene, path, DemModelSetBody(c->dem, body, packing, cells));
   PetscCall(AppConditionsApply(c));
+  PetscCall(AppContactApply(c));
   *fem = c->fem;
   *dem = c->dem;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -455,7 +455,7 @@ static PetscErrorCode CheckContact(Scene scene, SceneNode contact, SceneNode bod
 
   PetscFunctionBegin;
   if (!contact || contact->kind != NODE_MAP || !bodies || bodies->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
-  for (SceneNode body = bodies->first; body; body = body->next) any = (PetscBool)(any || SceneNodeIs(SceneNodeChild(body, "method"), "dem"));
+  for (SceneNode body = bodies->first; body; body = body->next) any = (PetscBool)(any || !SceneNodeIs(SceneNodeChild(body, "method"), "fem"));
   if (!any) PetscCall(SceneFaultKey(scene, contact, "contact is between particles, and no body has method: dem; take it out"));
   if (SceneNodeIs(law, "hertz") && scene->dimension == 2) PetscCall(SceneFaultValue(scene, law, "hertz is the law of spheres; with dimension: 2 use linear"));
   if (rest && rest->good && rest->value > 0 && rest->value < (friction && friction->good ? friction->value : 0)) PetscCall(SceneFaultValue(scene, rest, "static_friction is less than friction; it must be at least that, or left out"));

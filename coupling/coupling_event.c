@@ -141,6 +141,38 @@ static void Blocked(CouplingSwitch sw, PetscInt cell, PetscReal t)
   sw->blocked_time = t;
 }
 
+/*
+  Marks overlap elements that no longer lead outwards to whole elements, ring by ring: what is left between two fronts, or between
+  a front and the surface. Their share of the energy never rises to one, and such an overlap can lose its minimum.
+*/
+static PetscErrorCode MarkPockets(CouplingSwitch sw, PetscBool marked[])
+{
+  const Mesh *mesh = sw->whole;
+  PetscInt   *ring, *reach;
+  PetscBool  *dem, *leads, more = PETSC_TRUE;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc4(mesh->n_cells, &ring, mesh->n_nodes, &reach, mesh->n_cells, &dem, mesh->n_nodes, &leads));
+  while (more) {
+    more = PETSC_FALSE;
+    for (PetscInt c = 0; c < mesh->n_cells; c++) dem[c] = (PetscBool)(sw->is_dem[c] || (marked[c] && sw->may[c]));
+    PetscCall(CouplingRings_Internal(mesh, dem, sw->width, ring, reach));
+    for (PetscInt i = 0; i < mesh->n_nodes; i++) leads[i] = (PetscBool)(reach[i] >= sw->width);
+    for (PetscInt r = sw->width; r >= 1; r--)
+      for (PetscInt c = 0; c < mesh->n_cells; c++) {
+        PetscBool out = PETSC_FALSE;
+
+        if (MeshCellDim(mesh->type[c]) != mesh->dim || ring[c] != r) continue;
+        for (PetscInt k = mesh->start[c]; k < mesh->start[c + 1]; k++) out = (PetscBool)(out || (leads[mesh->node[k]] && reach[mesh->node[k]] >= r));
+        if (out)
+          for (PetscInt k = mesh->start[c]; k < mesh->start[c + 1]; k++) leads[mesh->node[k]] = PETSC_TRUE;
+        else if (sw->may[c] && !marked[c]) marked[c] = more = PETSC_TRUE;
+      }
+  }
+  PetscCall(PetscFree4(ring, reach, dem, leads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t)
 {
   const CouplingHalves *h = sw->now;
@@ -190,6 +222,7 @@ PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t)
     for (PetscInt c = 0; c < sw->whole->n_cells; c++)
       marked[c] = (PetscBool)(marked[c] || ring[c] >= 0 || (sw->may[c] && !sw->is_dem[c] && sw->use[c] >= (1 - sw->options.hysteresis) * at));
     PetscCall(PetscFree2(ring, reach));
+    PetscCall(MarkPockets(sw, marked));
     PetscCall(CouplingTurn_Internal(sw, marked, t, PetscMax(element, bond), by_bond));
   }
   PetscCall(PetscFree2(marked, asks));

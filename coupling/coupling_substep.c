@@ -242,7 +242,7 @@ static PetscErrorCode CheckEnergy(CouplingModel model)
   PetscBool stable;
 
   PetscFunctionBegin;
-  PetscCall(IsStable(model, 1, model->limit, &stable));
+  PetscCall(IsStable(model, 1, model->given > 0 ? model->given : model->limit, &stable));
   BaseCheckInput(stable, model->comm,
                  "The overlap of elements and particles has no stable energy: a trial from small random velocities gains energy. Give the overlap's elements about 4 particles to a side, 3 at least: smaller particles, or larger elements there");
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -295,6 +295,6 @@ PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model)
 {
   PetscFunctionBegin;
   PetscCall(Choose(model));
-  if (model->substeps == 1 && model->given == 0) PetscCall(CheckEnergy(model));
+  if (model->substeps == 1) PetscCall(CheckEnergy(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

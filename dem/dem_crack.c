@@ -189,7 +189,15 @@ static void Damage(DemModel model, PetscInt wide, PetscInt k, const PetscReal *c
   crack->damage[k] = D;
 }
 
-/* Contact of the closed broken fraction: spring against the gap, Coulomb on its slip.  Returns its force; eq. (4.28) */
+/* Width of bond k's facet. */
+static PetscReal FacetWidth(DemModel model, PetscInt k, PetscReal d)
+{
+  const PetscReal area = model->bonds.k[k] * d;
+
+  return model->dim == 3 ? PetscSqrtReal(area) : area / model->body.thickness;
+}
+
+/* Contact of the closed broken fraction: spring against the gap, Coulomb on its slip.  Returns its force; eq. (4.26) */
 static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const PetscReal *copy, const Bond *bond, PetscBool advance, PetscReal force[3], PetscReal *energy)
 {
   DemCrackState  *crack = &model->crack;
@@ -197,7 +205,7 @@ static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const Pe
   PetscReal       tangent[3], slip[3], el[3], length = 0, most;
   const PetscReal normal = Closed(bond, tangent);
 
-  if (crack->state[k] & DEM_BOND_PARTED) return PETSC_FALSE; /* an ordinary contact now */
+  if (crack->state[k] & (DEM_BOND_PARTED | DEM_BOND_SLID)) return PETSC_FALSE; /* an ordinary contact now, or soon */
   if (normal >= 0) {
     if (advance) ToParticle(model, wide, model->bonds.ip[k], copy, tangent, crack->slip + 3 * k);
     return PETSC_FALSE;
@@ -206,6 +214,11 @@ static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const Pe
   for (PetscInt c = 0; c < 3; c++) {
     el[c] = tangent[c] - slip[c];
     length += el[c] * el[c];
+  }
+  if (crack->damage[k] == 1 && advance && Dot3(tangent, tangent) > PetscSqr(FacetWidth(model, k, bond->d))) { /* nothing faces it any more: the rest of the spring is lost */
+    crack->state[k] |= DEM_BOND_SLID;
+    crack->rub[k] += 0.5 * stiff * (normal * normal + length);
+    return PETSC_FALSE;
   }
   length = PetscSqrtReal(length);
   most   = -model->strength.mu_dynamic * normal;
@@ -234,6 +247,7 @@ PetscBool DemCrackClosed_Internal(DemModel model, PetscInt e)
     DemPairNow_Internal(model, e, &now);
     return (PetscBool)(now.normal < 0);
   }
+  if (model->crack.state[e] & DEM_BOND_SLID) return PETSC_FALSE;
   for (PetscInt c = 0; c < model->dim; c++) {
     ra[c] = bonds->arm[c * bonds->n + e];
     y[c]  = model->x0[c * n + q] - model->x0[c * n + p];
@@ -279,16 +293,15 @@ void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, Pe
       DemAddMoment(bond.b, sq, -1, fq);
     }
     if (crack->damage[k] > 0 && ClosedForce(model, wide, k, copy, &bond, advance, t, NULL)) {
-      PetscReal ap[3], aq[3]; /* both arms to the point half way across the gap: the couple on the pair is then exact */
+      PetscReal ap[3]; /* normal and slip turn with p: its arm goes across the gap, so that the spring is conservative and the couple on the pair exact */
 
       for (PetscInt c = 0; c < 3; c++) {
-        ap[c] = bond.a[c] + 0.5 * bond.gap[c];
-        aq[c] = bond.b[c] - 0.5 * bond.gap[c];
+        ap[c] = bond.a[c] + bond.gap[c];
         fp[c] += t[c];
         fq[c] -= t[c];
       }
       DemAddMoment(ap, t, 1, fp);
-      DemAddMoment(aq, t, -1, fq);
+      DemAddMoment(bond.b, t, -1, fq);
     }
   }
 }

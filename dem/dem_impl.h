@@ -115,7 +115,7 @@ typedef struct {
   unsigned char *mode;
 } DemCrackState;
 
-enum { DEM_BOND_WATCHED = 1, DEM_BOND_TENSION = 2, DEM_BOND_SHEAR = 4, DEM_BOND_LOADED = 8, DEM_BOND_PARTED = 16, DEM_BOND_APART = 64 /* of two groups: never bonded */, DEM_BOND_KEPT = 128 };
+enum { DEM_BOND_WATCHED = 1, DEM_BOND_TENSION = 2, DEM_BOND_SHEAR = 4, DEM_BOND_LOADED = 8, DEM_BOND_PARTED = 16, DEM_BOND_SLID = 32 /* broken, and slid past its facet's width */, DEM_BOND_APART = 64 /* of two groups: never bonded */, DEM_BOND_KEPT = 128 };
 
 /* Grains that come while the run goes on; rate 0: all are there. */
 typedef struct {
