@@ -215,11 +215,6 @@ static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const Pe
     el[c] = tangent[c] - slip[c];
     length += el[c] * el[c];
   }
-  if (crack->damage[k] == 1 && advance && Dot3(tangent, tangent) > PetscSqr(FacetWidth(model, k, bond->d))) { /* nothing faces it any more: the rest of the spring is lost */
-    crack->state[k] |= DEM_BOND_SLID;
-    crack->rub[k] += 0.5 * stiff * (normal * normal + length);
-    return PETSC_FALSE;
-  }
   length = PetscSqrtReal(length);
   most   = -model->strength.mu_dynamic * normal;
   if (length > most && advance) {
@@ -229,6 +224,11 @@ static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const Pe
     }
     crack->rub[k] += stiff * most * (length - most);
     ToParticle(model, wide, model->bonds.ip[k], copy, slip, crack->slip + 3 * k);
+  }
+  if (crack->damage[k] == 1 && advance && Dot3(tangent, tangent) > PetscSqr(FacetWidth(model, k, bond->d))) { /* nothing faces it any more: the rest of the spring is lost */
+    crack->state[k] |= DEM_BOND_SLID;
+    crack->rub[k] += 0.5 * stiff * (normal * normal + Dot3(el, el));
+    return PETSC_FALSE;
   }
   for (PetscInt c = 0; c < 3; c++) force[c] = stiff * (normal * bond->n[c] + el[c]);
   if (energy) *energy = 0.5 * stiff * (normal * normal + Dot3(el, el));

@@ -406,6 +406,70 @@ static PetscErrorCode TestTurned(void)
 }
 CHECK_TEST(TestTurned)
 
+/* Whole broken, without friction, slid by a third of its width and its cells turned against each other by ten degrees: the couples and forces are the energy's slopes. */
+static PetscErrorCode TestSlidIsConservative(void)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt dim = 2; dim <= 3; dim++) {
+    DemStrength     s = tension[0];
+    const PetscReal h = 0.2 * DemSofteningLongest(&s, YOUNG / 2), step = 1e-6;
+    Pair            p;
+
+    s.mu_static = s.mu_dynamic = 0;
+    PetscCall(PairBreak(dim, 0, &s, &p));
+    for (int row = 0; row < 4; row++) { /* turn of the left, of the right, x and y of the right */
+      const PetscReal small = row < 2 ? step : step * h;
+      PetscReal       energy[2], lost, rub, found = 0;
+
+      for (int side = 0; side < 3; side++) { /* below, above, at the place */
+        const PetscReal off = side == 2 ? 0 : side ? small : -small;
+        const PetscReal zero[3] = {0}, moved[3] = {-0.02 * h + (row == 2 ? off : 0), 0.33 * h + (row == 3 ? off : 0), 0};
+
+        PairPlace(&p, p.left, zero, 0.05 + (row == 0 ? off : 0));
+        PairPlace(&p, p.right, moved, -0.12 + (row == 1 ? off : 0));
+        PetscCall(PairAdvance(&p));
+        PetscCall(PairEnergy(&p, &energy[side % 2], &lost, &rub));
+        if (side == 1) found = (energy[1] - energy[0]) / (2 * small);
+      }
+      CheckAbove(energy[0], 0);
+      CheckClose(row < 2 ? p.st.torque[(dim == 3 ? 4 : 0) + (row ? p.right : p.left)] : p.st.f[2 * (row - 2) + p.right], -found, 1e-6);
+    }
+    PetscCall(CheckPairMomentum(&p));
+    PetscCall(PairDestroy(&p));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestSlidIsConservative)
+
+/* Slid on by more than its width nothing faces it: no force, and what the spring held stands under friction; it stays so when the pair comes back. */
+static PetscErrorCode TestSlidOff(void)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt dim = 2; dim <= 3; dim++) {
+    const DemStrength *s = &tension[0];
+    const PetscReal    h = 0.2 * DemSofteningLongest(s, YOUNG / 2);
+    PetscReal          held, strain, lost, rub, before, last;
+    Pair               p;
+
+    PetscCall(PairBreak(dim, 0, s, &p));
+    PetscCall(PairMove(&p, 100, -1e-4 * h, 0));
+    PetscCall(PairMove(&p, 1000, -1e-4 * h, 0.9999 * h));
+    PetscCall(PairEnergy(&p, &held, &lost, &before));
+    CheckAbove(held, 0);
+    CheckAbove(PetscAbsReal(p.force[0]), 0);
+    last = PetscAbsReal(p.force[1]) * 2e-4 * h;
+    PetscCall(PairSet(&p, -1e-4 * h, 1.0001 * h));
+    PetscCall(PairEnergy(&p, &strain, &lost, &rub));
+    CheckNear(strain, 0, 1e-12 * held);
+    CheckClose(rub - before, held + last, 1e-9); /* and the last bit of rubbing */
+    PetscCall(PairSet(&p, -1e-4 * h, 0));
+    CheckNear(p.force[0], 0, 1e-12);
+    PetscCall(PairDestroy(&p));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestSlidOff)
+
 /*
   Random bars in a uniform strain with scatter on it, materials of next to no strength: 20 facets in turn are left to their law and
   break whole in one step, or hold where breaking would free no energy (Y < 0). What is stored never rises.
@@ -478,6 +542,6 @@ static PetscErrorCode TestBreakingLowersEnergy(void)
 }
 CHECK_TEST(TestBreakingLowersEnergy)
 
-static const struct CMUnitTest tests[] = {TEST(TestSecant), TEST(TestPressedShut), TEST(TestFriction), TEST(TestShear), TEST(TestFreshTouch), TEST(TestTurned), TEST(TestBreakingLowersEnergy)};
+static const struct CMUnitTest tests[] = {TEST(TestSecant), TEST(TestPressedShut), TEST(TestFriction), TEST(TestShear), TEST(TestFreshTouch), TEST(TestTurned), TEST(TestSlidIsConservative), TEST(TestSlidOff), TEST(TestBreakingLowersEnergy)};
 
 CHECK_MAIN(tests)
