@@ -65,7 +65,7 @@ static const struct {
   {"triaxial", AppNewTriaxial, NULL, NULL},
   {"hydrostatic", AppNewHydrostatic, NULL, NULL},
   {"compaction", AppNewCompaction, NULL, NULL},
-  {"brazilian", AppNewBrazilian, NULL, NULL},
+  {"brazilian", AppNewBrazilian, "brazilian.geo", AppNewBrazilianGeo},
   {"direct-tension", AppNewTension, NULL, NULL},
   {"bending", AppNewBending, "bending.geo", AppNewBendingGeo},
   {"notched-beam", NULL, NULL, NULL},

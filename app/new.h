@@ -1,3 +1,3 @@
 /* new.h - texts that `cleave new` writes. */
 #pragma once
-extern const char AppNewUcs[], AppNewTriaxial[], AppNewHydrostatic[], AppNewCompaction[], AppNewBrazilian[], AppNewTension[], AppNewBending[], AppNewBendingGeo[];
+extern const char AppNewUcs[], AppNewTriaxial[], AppNewHydrostatic[], AppNewCompaction[], AppNewBrazilian[], AppNewTension[], AppNewBending[], AppNewBendingGeo[], AppNewBrazilianGeo[];

@@ -419,7 +419,7 @@ def test_words(folder):
     check("one scene" in cleave("run", cwd=folder, expect=2), "run without a scene")
     check("nowhere.yaml" in cleave("run", "nowhere.yaml", cwd=folder, expect=2), "no such file")
     check("--set" in cleave("run", "ucs.yaml", "--set", "time.edn=1 s", cwd=folder, expect=2), "--set of an unknown key")
-    check(sorted(os.listdir(folder)) == sorted([kind + ".yaml" for kind in kinds] + ["bending.geo"]), "something was written:", os.listdir(folder))
+    check(sorted(os.listdir(folder)) == sorted([kind + ".yaml" for kind in kinds] + ["bending.geo", "brazilian.geo"]), "something was written:", os.listdir(folder))
 
     write(folder, "fem.yaml", FEM)
     cleave("run", "fem.yaml", "--stop-after", "5", "--", "-log_view", ":log.txt", cwd=folder)
