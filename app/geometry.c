@@ -119,6 +119,12 @@ static PetscErrorCode ReadRule(AppCase *c, AppPart *part)
   PetscCall(GetReal(c->scene, &r->shear_factor, "materials.%s.factor_shear", part->material));
   PetscCall(GetGiven(c->scene, &r->normal_stiffness, "materials.%s.stiffness_normal", part->material));
   PetscCall(GetGiven(c->scene, &r->shear_stiffness, "materials.%s.stiffness_shear", part->material));
+  Path(path, "materials.%s.areas", part->material);
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (has) {
+    PetscCall(SceneGetString(c->scene, path, &word));
+    r->polyhedron = strcmp(word, "polyhedron") ? PETSC_FALSE : PETSC_TRUE;
+  }
   Path(path, "materials.%s.poisson_term", part->material);
   PetscCall(SceneGetBool(c->scene, path, &r->poisson_term));
   if (c->method != APP_DEM) PetscFunctionReturn(PETSC_SUCCESS);

@@ -40,9 +40,10 @@ static PetscBool IsIdle(SceneNode parent, const SceneKey *row)
   if (!strcmp(name, "spread") || !strcmp(name, "seed")) return (PetscBool)(SceneNodeChild(parent, "file") != NULL);
   if (!strcmp(name, "softening")) return (PetscBool)!SceneNodeIs(law, "cohesive");
   if (!strcmp(name, "criterion") || !strncmp(name, "mu_", 3)) return (PetscBool) !(SceneNodeIs(law, "cohesive") || SceneNodeIs(law, "published"));
+  if (!strcmp(name, "interaction_range") && SceneNodeIs(SceneNodeChild(parent, "areas"), "polyhedron")) return PETSC_FALSE;
   if (!strcmp(name, "interaction_range") || !strcmp(name, "area_factor")) return (PetscBool) !(SceneNodeIs(rule, "onate2015") || SceneNodeIs(rule, "given"));
   if (!strncmp(name, "factor_", 7)) return (PetscBool) !(SceneNodeIs(rule, "onate2015") || SceneNodeIs(rule, "kdem"));
-  if (!strcmp(name, "poisson_term")) return (PetscBool)!SceneNodeIs(rule, "kdem");
+  if (!strcmp(name, "poisson_term") || !strcmp(name, "areas")) return (PetscBool)!SceneNodeIs(rule, "kdem");
   return PETSC_FALSE;
 }
 

@@ -217,7 +217,8 @@ static PetscErrorCode CheckElasticity(Scene scene, SceneNode material)
   static const struct {
     const char *key, *rules;
   } own[] = {{"interaction_range", "onate2015 given"}, {"area_factor", "onate2015 given"}, {"factor_normal", "onate2015 kdem"}, {"factor_shear", "onate2015 kdem"},
-             {"stiffness_normal", "given"},           {"stiffness_shear", "given"},       {"poisson_term", "kdem"}};
+             {"stiffness_normal", "given"},           {"stiffness_shear", "given"},       {"poisson_term", "kdem"}, {"areas", "kdem"}};
+  const PetscBool          polyhedron = SceneNodeIs(SceneNodeChild(material, "areas"), "polyhedron");
   static const char *const stiffness[] = {"stiffness_normal", "stiffness_shear"};
   const SceneNode          rule = SceneNodeChild(material, "elasticity"), law = SceneNodeChild(material, "law"), compression = SceneNodeChild(material, "compression");
   const char              *name = rule && rule->kind == NODE_TEXT && rule->good ? rule->text : "exact";
@@ -225,7 +226,7 @@ static PetscErrorCode CheckElasticity(Scene scene, SceneNode material)
   PetscFunctionBegin;
   if (rule && !rule->good) PetscFunctionReturn(PETSC_SUCCESS);
   for (size_t k = 0; k < sizeof(own) / sizeof(own[0]); k++)
-    if (SceneNodeChild(material, own[k].key) && !strstr(own[k].rules, name)) PetscCall(SceneFaultKey(scene, SceneNodeChild(material, own[k].key), "%s belongs to elasticity: %s, and here it is %s; take it out", own[k].key, own[k].rules, name));
+    if (SceneNodeChild(material, own[k].key) && !strstr(own[k].rules, name) && !(k == 0 && polyhedron)) PetscCall(SceneFaultKey(scene, SceneNodeChild(material, own[k].key), "%s belongs to elasticity: %s, and here it is %s; take it out", own[k].key, own[k].rules, name));
   for (PetscInt k = 0; k < 2; k++)
     if (!strcmp(name, "given") && !SceneNodeChild(material, stiffness[k])) PetscCall(SceneFaultKey(scene, rule, "elasticity: given needs %s; add it, e.g. %s: 10 MN/m", stiffness[k], stiffness[k]));
   if (!strcmp(name, "exact") && SceneNodeIs(law, "published")) PetscCall(SceneFaultValue(scene, law, "law: published breaks springs; with elasticity: exact write law: cohesive, or choose elasticity: onate2015, kdem or given"));

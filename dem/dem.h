@@ -22,11 +22,12 @@ typedef struct {
 typedef enum { DEM_EXACT, DEM_ONATE2015, DEM_KDEM, DEM_GIVEN } DemElasticity;
 typedef struct {
   DemElasticity elasticity;
-  PetscReal     range;                            /* onate2015, given: bonded when the gap is within +- range (r_p + r_q) */
+  PetscReal     range;                            /* onate2015, given, polyhedron: bonded when the gap is within +- range (r_p + r_q) */
   PetscReal     area_factor;                      /* onate2015, given: alpha of the circle's area; 0 = 40 P/N_c of the packing */
   PetscReal     normal_factor, shear_factor;      /* onate2015, kdem: on k_n and k_s */
   PetscReal     normal_stiffness, shear_stiffness; /* given: [N/m] */
   PetscBool     poisson_term;                     /* kdem: lateral stress of an earlier step acts along the bond; derives from no energy */
+  PetscBool     polyhedron;                       /* kdem: pairs within `range`, areas of virtual regular polyhedra in place of facets.  Eqs (4.66)-(4.68) */
   PetscBool     sphere_pressure;                  /* a pressed particle takes p pi r^2 (2D: 2 p r t) at its centre, not p times its facet */
 } DemRule;
 

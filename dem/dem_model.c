@@ -62,7 +62,8 @@ PetscErrorCode DemModelSetRule(DemModel model, const DemRule *r)
 {
   PetscFunctionBegin;
   PetscCheck(!model->ready, model->comm, PETSC_ERR_ORDER, "The rule is fixed at set-up");
-  if (r->elasticity == DEM_ONATE2015 || r->elasticity == DEM_GIVEN)
+  BaseCheckInput(!r->polyhedron || r->elasticity == DEM_KDEM, model->comm, "Areas of virtual polyhedra belong to elasticity: kdem");
+  if (r->elasticity == DEM_ONATE2015 || r->elasticity == DEM_GIVEN || r->polyhedron)
     BaseCheckInput(r->range > 0 && r->range < 1, model->comm, "Interaction range %.6g must lie in (0, 1); the papers use 0.1 and 0.15", (double)r->range);
   BaseCheckInput(r->area_factor >= 0, model->comm, "Area factor %.6g cannot be negative", (double)r->area_factor);
   if (r->elasticity == DEM_GIVEN) BaseCheckInput(r->normal_stiffness > 0 && r->shear_stiffness >= 0, model->comm, "elasticity: given needs a positive normal stiffness, and a shear stiffness that is not negative [N/m]");

@@ -86,6 +86,9 @@ PetscErrorCode DemRuleLoad_Internal(DemModel model, Checkpoint checkpoint);
 PetscErrorCode DemRuleStableStep_Internal(DemModel model, PetscReal *dt);
 PetscReal      DemRuleStiffening_Internal(DemModel model); /* how much stiffer the Poisson term can make the network.  Eq. (4.49) */
 
+/* dem_rule_area.c */
+PetscErrorCode DemPolyhedronAreas_Internal(DemModel model, PetscReal area[]); /* [bonds] [m2].  Eqs (4.66)-(4.68) */
+
 /* dem_rule_force.c */
 PetscErrorCode DemRuleForces_Internal(DemModel model, PetscInt flags);
 PetscReal      DemRuleEnergy_Internal(DemModel model);

@@ -2,7 +2,7 @@
   dem_rule_setup.c - the published rules as data: which pairs are bonded, over what area, how stiff.  Eqs (4.40)-(4.49)
 
   onate2015, given   pairs within the interaction range, area of a circle (2D: width of a disc)
-  kdem               pairs with a common facet of the power diagram, area of the facet
+  kdem               pairs with a common facet of the power diagram, area of the facet; or pairs within the range, areas of dem_rule_area.c
 */
 #include "dem_pack_impl.h"
 #include "dem_rule.h"
@@ -89,7 +89,7 @@ PetscErrorCode DemRulePairs_Internal(DemModel model, PetscInt *n_pairs, DemPair 
   PetscInt        m = 0, *start, *near_start, *near, *partner, *facet;
 
   PetscFunctionBegin;
-  if (model->rule.elasticity == DEM_KDEM) {
+  if (model->rule.elasticity == DEM_KDEM && !model->rule.polyhedron) {
     PetscCall(PetscMalloc1(cells->n_facets, pairs));
     for (PetscInt k = 0; k < cells->n_facets; k++) {
       const PetscInt p = model->rank_of[cells->p[k]], q = model->rank_of[cells->q[k]];
@@ -167,6 +167,7 @@ PetscErrorCode DemSetUpRule_Internal(DemModel model)
   const PetscReal E = model->material.young, G = 0.5 * E / (1 + model->material.poisson);
   DemBonds       *bonds = &model->bonds;
   DemNetwork      net = model->net;
+  PetscReal      *area = NULL;
 
   PetscFunctionBegin;
   BaseCheckInput(!model->weight_mass, model->comm, "A coupled body needs elasticity: exact; the published rules do not balance against finite elements");
@@ -176,6 +177,10 @@ PetscErrorCode DemSetUpRule_Internal(DemModel model)
     BaseCheckInput(model->dim == 3, model->comm, "The published packing factor 40 P/N_c is for spheres; give area_factor in two dimensions");
     net->area_factor = PublishedFactor(model);
   }
+  if (rule->polyhedron) {
+    PetscCall(PetscMalloc1(m, &area));
+    PetscCall(DemPolyhedronAreas_Internal(model, area));
+  }
   for (PetscInt e = 0; e < m; e++) {
     const PetscInt  p = bonds->p[e], q = bonds->q[e];
     const PetscReal rp = model->r[p], rq = model->r[q], rc = PetscMin(rp, rq);
@@ -183,7 +188,8 @@ PetscErrorCode DemSetUpRule_Internal(DemModel model)
 
     for (PetscInt c = 0; c < model->dim; c++) d += PetscSqr(model->x0[c * n + q] - model->x0[c * n + p]);
     d = PetscSqrtReal(d);
-    if (rule->elasticity == DEM_KDEM) net->area[e] = model->cells.area[bonds->facet[e]];
+    if (rule->polyhedron) net->area[e] = area[e];
+    else if (rule->elasticity == DEM_KDEM) net->area[e] = model->cells.area[bonds->facet[e]];
     else net->area[e] = net->area_factor * (model->dim == 3 ? PETSC_PI * rc * rc : 2 * rc * model->body.thickness); /* Eq. (4.46) */
     net->kn[e] = rule->elasticity == DEM_GIVEN ? rule->normal_stiffness : E * net->area[e] / d * rule->normal_factor;
     net->ks[e] = rule->elasticity == DEM_GIVEN ? rule->shear_stiffness : G * net->area[e] / d * rule->shear_factor;
@@ -191,6 +197,7 @@ PetscErrorCode DemSetUpRule_Internal(DemModel model)
     bonds->k[e]  = net->area[e] / d;
     for (PetscInt c = 0; c < 3; c++) bonds->arm[c * m + e] = c < model->dim ? net->part[e] * (model->x0[c * n + q] - model->x0[c * n + p]) : 0;
   }
+  PetscCall(PetscFree(area));
   if (rule->poisson_term || model->strength.nonlocal) {
     PetscCall(PetscCalloc3(6 * n, &net->stress, 6 * n, &net->stress_sum, 6 * slots, &net->slot_stress));
     PetscCall(PetscCalloc1(model->threads, &net->scratch));
