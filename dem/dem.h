@@ -1,6 +1,7 @@
 /* dem.h - bonded particles: everything another module may know. SI units. Eqs (4.x), (5.x), docs/theory.md */
 #pragma once
 #include "dem_cells.h"
+#include "dem_clump.h"
 #include "dem_contact.h"
 #include "dem_failure.h"
 #include "dem_tool.h"
@@ -96,6 +97,17 @@ PetscErrorCode DemModelSetContactPair(DemModel model, PetscInt a, PetscInt b, co
 /* The grains of DemPackingCreateRain() come one after the other, `rate` a second from time 0 on, into the body's box with the initial velocity. Needs
    contacts. One that finds no free place gives up its turn.  Eqs (5.83)-(5.86) */
 PetscErrorCode DemModelSetRain(DemModel model, PetscReal rate, PetscInt seed);
+/* Spheres of the packing that move as one rigid body each; loose grains in 3D with contacts, without local damping. After DemModelSetBody(); place
+   [n] and its shapes stay with the caller, who keeps them until DemModelSetUp().  Eqs (5.90)-(5.99) */
+PetscErrorCode DemModelSetClumps(DemModel model, PetscInt n, const DemClumpPlace place[]);
+typedef struct {
+  PetscReal mass, moments[3];          /* [kg], principal [kg m2] */
+  PetscReal centre[3], velocity[3];    /* half-step velocity */
+  PetscReal momentum[3];               /* angular, about the centre, half step [kg m2/s] */
+  PetscReal quaternion[4];             /* of the axes the shape was given in */
+} DemClumpState;
+PetscErrorCode DemModelGetClump(DemModel model, PetscInt k, DemClumpState *state);
+PetscErrorCode DemModelSetClumpMotion(DemModel model, PetscInt k, const PetscReal velocity[3], const PetscReal spin[3]); /* after set-up, before the first step */
 PetscErrorCode DemModelGetContactCounts(DemModel model, DemContactCounts *counts);
 
 /* Facet platens on a named face. Along the face's own normal alone: smooth. All components: glued. Other

@@ -154,6 +154,10 @@ static void Leave(DemModel model)
     Position(model, p, x);
     for (PetscInt d = 0; d < model->dim; d++) out = (PetscBool)(out || x[d] < c->options.low[d] || x[d] > c->options.high[d]);
     if (!out) continue;
+    if (DemInClump(model, p)) {
+      DemClumpsLeave_Internal(model, model->clumps.of[p], &c->taken);
+      continue;
+    }
     for (PetscInt d = 0; d < model->dim; d++) {
       PetscReal *v = &model->v[d * n + p];
 
@@ -194,7 +198,7 @@ static int CompareInts(const void *a, const void *b)
 static PetscErrorCode Partners(DemModel model, const Cells *cells, const PetscInt *first_bond, PetscInt p, PetscInt *n_found, PetscInt *space, PetscInt **found)
 {
   DemContacts *c = &model->contacts;
-  const PetscInt dim = model->dim;
+  const PetscInt  dim = model->dim, *clump = model->clumps.of;
   PetscInt       cell[3], n = 0, kept = 0;
   PetscReal      x[3];
 
@@ -211,7 +215,7 @@ static PetscErrorCode Partners(DemModel model, const Cells *cells, const PetscIn
       const PetscInt q = cells->item[k];
       PetscReal      d2 = 0;
 
-      if (q <= p) continue;
+      if (q <= p || (clump && clump[p] >= 0 && clump[p] == clump[q])) continue;
       for (PetscInt d = 0; d < dim; d++) {
         PetscReal y = x[d] - (model->x0[d * model->n + q] + model->u[d * model->n + q]);
 

@@ -56,7 +56,7 @@ PetscErrorCode DemModelGetContactCounts(DemModel model, DemContactCounts *counts
   const DemContacts *c = &model->contacts;
 
   PetscFunctionBegin;
-  *counts = (DemContactCounts){.searches = c->searches, .searched = c->n_who, .pairs = c->m, .touching = c->touching, .left = c->n_gone - (model->rain.rate > 0 ? model->n - model->rain.next : 0), .deepest = c->deepest};
+  *counts = (DemContactCounts){.searches = c->searches, .searched = c->n_who, .pairs = c->m, .touching = c->touching, .left = DemGrainsGone_Internal(model) - (model->rain.rate > 0 ? DemGrains_Internal(model) - model->rain.next : 0), .deepest = c->deepest};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -156,16 +156,17 @@ PetscReal DemContactsRate_Internal(DemModel model, PetscReal *drag)
 {
   const DemContacts *c = &model->contacts;
   const PetscInt     n = model->n;
-  PetscReal          least = PETSC_MAX_REAL, most = 0, lightest = PETSC_MAX_REAL, rate = 0;
+  PetscReal          least = PETSC_MAX_REAL, most = 0, lightest = PETSC_MAX_REAL, rate = 0, share;
 
   for (PetscInt p = 0; p < n; p++) {
-    lightest = PetscMin(lightest, model->mass[p]);
+    lightest = PetscMin(lightest, DemClumpLight_Internal(model, p, &share));
     least = PetscMin(least, model->r[p]);
     most  = PetscMax(most, model->r[p]);
   }
   *drag = 0;
   for (PetscInt p = 0; p < n; p++) {
-    const PetscReal r = model->r[p], sine = least / (r + least), turn = 1 + model->mass[p] * r * r / model->inertia[p];
+    const PetscBool clump = DemInClump(model, p); /* `light` has its rotation in it, `share` all its spheres.  Eq. (5.98) */
+    const PetscReal r = model->r[p], sine = least / (r + least), light = DemClumpLight_Internal(model, p, &share), turn = clump ? 1 : 1 + model->mass[p] * r * r / model->inertia[p];
     const PetscReal room = model->dim == 3 ? floor(2 / (1 - PetscSqrtReal(1 - sine * sine))) : floor(PETSC_PI / PetscAsinReal(sine) + 1e-9), N = PetscMin((PetscReal)(n - 1), room);
     /* the stiffest partner is the largest one; the reduced mass is the particle's own at most */
     const PetscReal radius = r * most / (r + most), size = c->flat > 0 ? c->flat : radius;
@@ -173,15 +174,15 @@ PetscReal DemContactsRate_Internal(DemModel model, PetscReal *drag)
     for (PetscInt k = 0; k < c->n_kinds; k++) {
       const DemContactPair *pair = &c->table[(c->kind ? c->kind[p] : 0) * c->n_kinds + k];
       const PetscReal       S = DemContactStiffness(pair, size, c->options.deepest * radius), tangent = pair->mu_static > 0 ? pair->ratio * turn : 0;
-      const PetscReal       rolls = PetscMax(pair->roll_spring, pair->twist_spring) * radius * radius * model->mass[p] / model->inertia[p];
+      const PetscReal       rolls = PetscMax(pair->roll_spring, pair->twist_spring) * (clump ? 1 : radius * radius * model->mass[p] / model->inertia[p]);
 
-      rate  = PetscMax(rate, 2 * N * S / model->mass[p] * PetscMax(1, PetscMax(tangent, rolls)));
+      rate  = PetscMax(rate, 2 * N * S / share * PetscMax(1, PetscMax(tangent, rolls)));
       if (pair->zeta == 0 && !model->bonds.n) { /* grains without loss, what a coarse step does to the energy stays.  Eq. (5.38) */
-        const PetscReal whole = pair->hertz > 0 ? HERTZ_TIME : PETSC_PI, mass = model->mass[p] * lightest / (model->mass[p] + lightest);
+        const PetscReal whole = pair->hertz > 0 ? HERTZ_TIME : PETSC_PI, mass = light * lightest / (light + lightest);
 
         rate = PetscMax(rate, PetscSqr(2 * ELASTIC_STEPS / whole) * S / mass);
       }
-      *drag = PetscMax(*drag, 2 * N * PetscSqrtReal(S / model->mass[p]) * PetscMax(pair->drag, pair->mu_static > 0 ? pair->drag_tangent * turn : 0));
+      *drag = PetscMax(*drag, 2 * N * PetscSqrtReal(S / share) * PetscSqrtReal(model->mass[p] / share) * PetscMax(pair->drag, pair->mu_static > 0 ? pair->drag_tangent * turn : 0));
     }
   }
   return rate;

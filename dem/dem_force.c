@@ -175,6 +175,7 @@ static void LooseForces(DemModel model, PetscInt flags)
       t[p] = 0;
     }
   }
+  if (flags & DEM_WITH_LOADS) DemClumpsUnweigh_Internal(model);
   if (model->f_ext && (flags & DEM_WITH_LOADS)) {
     for (PetscInt i = 0; i < model->dim * n; i++) model->f[i] += model->f_ext[i];
     for (PetscInt i = 0; i < model->nrot * n; i++) model->torque[i] += model->t_ext[model->dim == 2 ? 2 * n + i : i];

@@ -95,7 +95,7 @@ PetscErrorCode DemColumn_Internal(DemModel model, const DemHistory *h, PetscReal
 
   PetscFunctionBegin;
   if (h->quantity[0] == 'g' && h->quantity[1] == 'r') {
-    const PetscInt come = model->rain.rate > 0 ? model->rain.next : model->n, present = model->n - model->contacts.n_gone;
+    const PetscInt all = DemGrains_Internal(model), come = model->rain.rate > 0 ? model->rain.next : all, present = all - DemGrainsGone_Internal(model);
 
     *value = (PetscReal)(h->component == 0 ? present : h->component == 1 ? come : come - present);
     PetscFunctionReturn(PETSC_SUCCESS);

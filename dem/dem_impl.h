@@ -125,6 +125,21 @@ typedef struct {
   PetscInt  next;  /* grains that have come: the packing's numbers below this */
 } DemRain;
 
+/* Clumps: spheres that move as one rigid body each; empty unless the model has some. Member spheres are particles like others, but for their motion. */
+typedef struct {
+  PetscInt   n;
+  PetscInt  *start;    /* [n + 1] into member, arm */
+  PetscInt  *member;   /* internal numbers, in the packing's order */
+  PetscReal *arm;      /* [members][3] from the centre, along the principal axes [m] */
+  PetscInt  *of;       /* [particles] clump of each, -1 */
+  PetscReal *mass, *moments, *reach; /* [n] [kg], [n][3] principal [kg m2], [n] [m] */
+  PetscReal *frame;    /* [n][4] quaternion: principal axes to those the shape was given in */
+  PetscReal *x0, *u, *v; /* [n][3] centre at the start, displacement, half-step velocity */
+  PetscReal *q, *L;    /* [n][4] principal axes to space; [n][3] angular momentum in space, half step */
+  PetscReal *force, *couple; /* [n][3] of the present state, about the centre, weight included */
+  const DemClumpPlace *place; /* on loan until set-up */
+} DemClumps;
+
 struct _p_DemModel {
   MPI_Comm  comm;
   DemKind   kind;
@@ -172,6 +187,7 @@ struct _p_DemModel {
   DemContactChoice *pair_choice;
   DemContacts contacts;
   DemRain     rain;
+  DemClumps   clumps;
 
   DemBonds  bonds;
   DemBlocks blocks;
@@ -308,6 +324,26 @@ void           DemRainSleep_Internal(DemModel model); /* at set-up */
 PetscErrorCode DemRainFall_Internal(DemModel model);  /* those whose turn has come, before forces */
 PetscErrorCode DemRainSave_Internal(DemModel model, Checkpoint c);
 PetscErrorCode DemRainLoad_Internal(DemModel model, Checkpoint c);
+
+/* dem_clumps.c; all but the first do nothing without clumps */
+PetscErrorCode DemSetUpClumps_Internal(DemModel model);   /* after the particles' order */
+PetscErrorCode DemClumpsDestroy_Internal(DemModel model);
+void           DemClumpsUnweigh_Internal(DemModel model); /* the weight of a clump acts on the clump, not on its spheres */
+void           DemClumpsGather_Internal(DemModel model);  /* forces of the spheres to force and couple of their clump */
+void           DemClumpsAdvance_Internal(DemModel model, PetscReal kick, PetscReal dt);
+void           DemClumpsPlace_Internal(DemModel model, PetscInt k, const PetscReal x[3], const PetscReal v[3]); /* put clump k there, not spinning */
+void           DemClumpsLeave_Internal(DemModel model, PetscInt k, PetscReal *taken); /* out of the box: its spheres are gone, its energy is taken */
+void           DemClumpsEnergy_Internal(DemModel model, PetscReal *kinetic, PetscReal *gravity);
+PetscReal      DemClumpLight_Internal(DemModel model, PetscInt p, PetscReal *share); /* least mass a contact of sphere p can feel [kg]; *share: that over the spheres of its clump */
+PetscInt       DemGrains_Internal(DemModel model);        /* grains: clumps, and spheres that belong to none */
+PetscInt       DemGrainsGone_Internal(DemModel model);
+PetscErrorCode DemClumpsSave_Internal(DemModel model, Checkpoint c);
+PetscErrorCode DemClumpsLoad_Internal(DemModel model, Checkpoint c);
+
+static inline PetscBool DemInClump(DemModel model, PetscInt p)
+{
+  return (PetscBool)(model->clumps.n && model->clumps.of[p] >= 0);
+}
 
 /* dem_step.c */
 PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt);

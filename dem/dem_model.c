@@ -360,6 +360,7 @@ PetscErrorCode DemModelSetUp(DemModel model)
     model->lambda  = 0;
   }
   PetscCall(DemSetUpOrder_Internal(model));
+  PetscCall(DemSetUpClumps_Internal(model));
   PetscCall(DemSetUpBonds_Internal(model));
   if (model->net) PetscCall(DemSetUpRule_Internal(model));
   PetscCall(DemSetUpWalls_Internal(model));
@@ -381,6 +382,7 @@ PetscErrorCode DemModelSetUp(DemModel model)
   }
   PetscCall(DemToolsForce_Internal(model, 0)); /* those that press from the start */
   if (model->rain.rate > 0) DemContactsStill_Internal(model);
+  DemClumpsGather_Internal(model);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -426,6 +428,7 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
   PetscCall(DemCracksDestroy_Internal(model));
   PetscCall(DemContactsDestroy_Internal(model));
   PetscCall(DemRuleDestroy_Internal(model));
+  PetscCall(DemClumpsDestroy_Internal(model));
   PetscCall(DemBondListDestroy_Internal(model));
   PetscCall(PetscFree(model->group));
   PetscCall(PetscFree(model->breakable));

@@ -75,6 +75,25 @@ static PetscBool Free(DemModel model, const PetscReal x[3], PetscReal r)
   return PETSC_TRUE;
 }
 
+/* Clump k wakes at x, as a grain does below. */
+static void WakeClump(DemModel model, PetscInt k, const PetscReal x[3])
+{
+  DemClumps      *c = &model->clumps;
+  const PetscReal dt = model->started ? model->dt_last : 0;
+  PetscReal       v[3], brought = 0;
+
+  for (PetscInt d = 0; d < 3; d++) {
+    v[d] = model->initial_velocity[d] - 0.5 * dt * model->gravity[d];
+    brought += 0.5 * c->mass[k] * v[d] * (v[d] + dt * model->gravity[d]);
+  }
+  DemClumpsPlace_Internal(model, k, x, v);
+  for (PetscInt i = c->start[k]; i < c->start[k + 1]; i++) model->contacts.gone[c->member[i]] = 0;
+  model->contacts.n_gone -= c->start[k + 1] - c->start[k];
+  if (!model->started) return;
+  model->contacts.taken -= brought;
+  model->work_in += PetscAbsReal(brought);
+}
+
 /* Grain p wakes at x; half a step of its weight behind, as velocities are, and its kinetic energy comes from outside.  Eqs (5.84), (5.85) */
 static void Wake(DemModel model, PetscInt p, const PetscReal x[3])
 {
@@ -100,12 +119,12 @@ static void Wake(DemModel model, PetscInt p, const PetscReal x[3])
 PetscErrorCode DemRainFall_Internal(DemModel model)
 {
   DemRain       *rain = &model->rain;
-  const PetscInt was  = rain->next;
+  const PetscInt was  = rain->next, all = DemGrains_Internal(model);
 
   PetscFunctionBegin;
-  for (; rain->turn < model->n && (PetscReal)rain->turn <= model->time * rain->rate * (1 + 1e-12); rain->turn++) {
-    const PetscInt  p = model->rank_of[rain->next];
-    const PetscReal r = model->r[p];
+  for (; rain->turn < all && (PetscReal)rain->turn <= model->time * rain->rate * (1 + 1e-12); rain->turn++) {
+    const PetscInt  k = rain->next, p = model->clumps.n ? -1 : model->rank_of[k]; /* all are clumps, or none is */
+    const PetscReal r = model->clumps.n ? model->clumps.reach[k] : model->r[p];
 
     for (PetscInt place = 0; place < PLACES; place++) {
       PetscReal x[3] = {0};
@@ -113,7 +132,8 @@ PetscErrorCode DemRainFall_Internal(DemModel model)
       for (PetscInt d = 0; d < model->dim; d++)
         x[d] = model->body.low[d] + r + (model->body.high[d] - model->body.low[d] - 2 * r) * DemPackRandom(rain->seed, STREAM_RAIN + d, PLACES * (PetscInt64)rain->turn + place);
       if (!Free(model, x, r)) continue;
-      Wake(model, p, x);
+      if (model->clumps.n) WakeClump(model, k, x);
+      else Wake(model, p, x);
       rain->next++;
       break;
     }

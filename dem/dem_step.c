@@ -99,6 +99,7 @@ PetscErrorCode DemModelAdvance(DemModel model, PetscReal t, PetscReal dt)
     model->block_sum[b] = lost;
   }
   for (PetscInt b = 0; b < blocks->n_blocks; b++) model->damped += model->block_sum[b];
+  DemClumpsAdvance_Internal(model, kick, dt); /* its spheres go where it goes, wherever they were just put */
   if (model->n_tools) PetscCall(DemToolsAdvance_Internal(model, t, kick, dt));
   model->started = PETSC_TRUE;
   model->dt_last = dt;
@@ -123,6 +124,7 @@ PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt)
   if (model->contacts.on) PetscCall(DemContactsForce_Internal(model, dt));
   if (model->n_tools) PetscCall(DemToolsForce_Internal(model, dt));
   if (model->contacts.n_gone) DemContactsStill_Internal(model);
+  DemClumpsGather_Internal(model);
   if (model->walls.n) {
     DemFacesReactions_Internal(model);
     for (PetscInt k = 0; k < model->n_faces; k++)
@@ -147,13 +149,15 @@ PetscErrorCode DemKineticEnergy_Internal(DemModel model, PetscReal *kinetic, Pet
 {
   const PetscInt  n = model->n;
   const PetscReal dt = model->started ? model->dt_last : 0;
-  PetscReal       sum = 0, due = 0;
+  PetscReal       sum = 0, due = 0, weight = 0;
 
   PetscFunctionBegin;
+  DemClumpsEnergy_Internal(model, &sum, &weight);
   for (PetscInt d = 0; d < model->dim; d++)
     for (PetscInt p = 0; p < n; p++) {
       const PetscReal v = model->v[d * n + p], f = model->f[d * n + p], drag = Damping(model->alpha, f, v);
 
+      if (DemInClump(model, p)) continue;
       sum += 0.5 * model->mass[p] * v * (v + dt / model->mass[p] * (f - drag));
       due += 0.5 * dt * drag * v;
     }
@@ -161,6 +165,7 @@ PetscErrorCode DemKineticEnergy_Internal(DemModel model, PetscReal *kinetic, Pet
     for (PetscInt p = 0; p < n; p++) {
       const PetscReal v = model->spin[d * n + p], f = model->torque[d * n + p], drag = Damping(model->alpha, f, v);
 
+      if (DemInClump(model, p)) continue;
       sum += 0.5 * model->inertia[p] * v * (v + dt / model->inertia[p] * (f - drag));
       due += 0.5 * dt * drag * v;
     }

@@ -10,7 +10,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
 {
   DemModel       model = ctx;
   const PetscInt n = model->n;
-  PetscReal      kinetic, due, strain, gravity = 0;
+  PetscReal      kinetic, due, strain, gravity = 0, moving = 0;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(ledger, sizeof(*ledger)));
@@ -21,9 +21,11 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
       const PetscReal c[3] = {model->offset[p], model->offset[n + p], model->offset[2 * n + p]};
       PetscReal       turn[3];
 
+      if (DemInClump(model, p)) continue;
       DemTurn(model->dim, n, p, model->rot, c, turn);
       for (PetscInt d = 0; d < model->dim; d++) gravity += model->mass[p] * model->gravity[d] * (model->u[d * n + p] + turn[d]);
     }
+  DemClumpsEnergy_Internal(model, &moving, &gravity);
   if (model->n_tools) DemToolsKinetic_Internal(model, &kinetic, &gravity);
   ledger->energy[LEDGER_KINETIC]  = kinetic;
   ledger->energy[LEDGER_STRAIN]   = strain;
@@ -91,7 +93,9 @@ PetscErrorCode DemUnbalanced_Internal(void *ctx, PetscReal *ratio)
   PetscInt         m = b->n;
 
   PetscFunctionBegin;
-  for (PetscInt p = 0; p < n; p++) net += PetscSqrtReal(PetscSqr(f[p]) + PetscSqr(f[n + p]) + PetscSqr(f[2 * n + p]));
+  for (PetscInt p = 0; p < n; p++)
+    if (!DemInClump(model, p)) net += PetscSqrtReal(PetscSqr(f[p]) + PetscSqr(f[n + p]) + PetscSqr(f[2 * n + p]));
+  for (PetscInt k = 0; k < model->clumps.n; k++) net += PetscSqrtReal(PetscSqr(model->clumps.force[3 * k]) + PetscSqr(model->clumps.force[3 * k + 1]) + PetscSqr(model->clumps.force[3 * k + 2]));
   for (PetscInt e = 0; e < b->n; e++) {
     PetscReal t[3];
 
@@ -99,7 +103,7 @@ PetscErrorCode DemUnbalanced_Internal(void *ctx, PetscReal *ratio)
     through += PetscSqrtReal(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
   }
   if (model->contacts.on) DemContactsThrough_Internal(model, &through, &m);
-  *ratio = through > 0 ? (net / n) / (through / m) : 0;
+  *ratio = through > 0 ? (net / DemGrains_Internal(model)) / (through / m) : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -346,6 +350,7 @@ static PetscErrorCode StepperSave(void *ctx, Checkpoint c)
   if (model->crack.damage) PetscCall(SaveCracks(model, c));
   if (model->contacts.on) PetscCall(DemContactsSave_Internal(model, c));
   if (model->rain.rate > 0) PetscCall(DemRainSave_Internal(model, c));
+  PetscCall(DemClumpsSave_Internal(model, c));
   if (model->net) PetscCall(DemRuleSave_Internal(model, c));
   for (PetscInt k = 0; k < model->n_faces; k++) {
     PetscCall(BaseFormat(name, "dem/reaction_%" PetscInt_FMT, k));
@@ -383,6 +388,7 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint c)
   if (model->crack.damage) PetscCall(LoadCracks(model, c));
   if (model->contacts.on) PetscCall(DemContactsLoad_Internal(model, c));
   if (model->rain.rate > 0) PetscCall(DemRainLoad_Internal(model, c));
+  PetscCall(DemClumpsLoad_Internal(model, c));
   if (model->net) PetscCall(DemRuleLoad_Internal(model, c));
   model->time          = scalar[0];
   model->dt_last       = scalar[1];
@@ -428,6 +434,7 @@ PetscErrorCode DemModelComputeForces(DemModel model)
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
   if (model->contacts.on) PetscCall(DemContactsForce_Internal(model, 0));
   if (model->n_tools) PetscCall(DemToolsForce_Internal(model, 0));
+  DemClumpsGather_Internal(model);
   if (model->started && model->walls.n) { /* what the next step's work starts from */
     DemFacesReactions_Internal(model);
     (void)DemTractionWork_Internal(model, NULL, model->traction_new);

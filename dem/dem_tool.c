@@ -362,13 +362,14 @@ PetscReal DemToolsRate_Internal(DemModel model, PetscReal *drag)
     const PetscReal       both = model->n_tools > 1 || tool->o.shape == DEM_TOOL_SURFACE || tool->o.inside ? 2 : 1;
 
     for (PetscInt p = 0; p < model->n; p++) {
-      const PetscReal m = 1 / (1 / model->mass[p] + (tool->mass > 0 ? 1 / tool->mass : 0)), turn = 1 + model->mass[p] * PetscSqr(model->r[p]) / model->inertia[p];
-      PetscReal       radius, size, S;
+      PetscReal       radius, size, S, share;
+      const PetscReal light = DemClumpLight_Internal(model, p, &share), m = 1 / (1 / share + (tool->mass > 0 ? 1 / tool->mass : 0)), felt = 1 / (1 / model->mass[p] + (tool->mass > 0 ? 1 / tool->mass : 0));
+      const PetscReal turn = light < model->mass[p] ? 1 : 1 + model->mass[p] * PetscSqr(model->r[p]) / model->inertia[p];
 
       Sizes(model, p, 0, &radius, &size);
       S    = DemContactStiffness(pair, size, deepest * radius);
       rate = PetscMax(rate, both * S / m * PetscMax(1, pair->mu_static > 0 ? pair->ratio * turn : 0));
-      damp = PetscMax(damp, both * PetscSqrtReal(S / m) * PetscMax(pair->drag, pair->mu_static > 0 ? pair->drag_tangent * turn : 0));
+      damp = PetscMax(damp, both * PetscSqrtReal(S / m) * PetscSqrtReal(felt / m) * PetscMax(pair->drag, pair->mu_static > 0 ? pair->drag_tangent * turn : 0));
     }
   }
   *drag += damp;
