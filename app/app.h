@@ -113,6 +113,12 @@ typedef struct {
   Mesh        mesh; /* fem; on rank 0 */
   PetscInt    mesh_nodes, mesh_cells;
   PetscReal   mesh_step, mesh_cost; /* [s] for estimates: wave across the shortest edge; work of one explicit step */
+  PetscInt    grain;     /* which part the particles at hand are, where several bodies of grains share a model */
+  DemBody    *grain_body; /* [n_parts], of those; body is then the box about them all */
+  DemClump   *shape;     /* [n_parts] of their clumps */
+  DemClumpPlace *place;  /* where they lie */
+  PetscInt    n_places;
+  PetscInt   *grain_of;  /* [particles] part of each */
   DemBody     body;      /* dem */
   DemPacking  packing;
   DemCells    cells;
@@ -148,8 +154,11 @@ PetscErrorCode AppToolsApply(AppCase *c);
 /* The part made of particles; with one body the only one. */
 static inline const AppPart *AppGrains(const AppCase *c)
 {
-  return &c->part[c->method == APP_TOUCH ? 1 : 0];
+  return &c->part[c->method == APP_TOUCH ? 1 : c->grain];
 }
+PetscErrorCode AppGrainsPack(AppCase *c);    /* packings of all bodies of particles in one, clumps in place of spheres */
+PetscErrorCode AppGrainsApply(AppCase *c);   /* their materials, velocities and clumps to the model that has the packing */
+PetscErrorCode AppGrainsDestroy(AppCase *c);
 PetscErrorCode AppContactRead(AppCase *c, const char *at, DemContactChoice *choice); /* a law of contact below `at` */
 
 /* What history.csv shows beyond the models' own columns: probes, and strains between groups made from mean displacements. */

@@ -208,7 +208,7 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   char              path[256];
 
   PetscFunctionBegin;
-  PetscCall(AppCasePack(c));
+  PetscCall(AppGrainsPack(c));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.bonded", part->name));
   PetscCall(SceneGetBool(c->scene, path, &bonded));
   if (bonded) { /* loose grains are their spheres */
@@ -243,6 +243,7 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   }
   PetscCall(InitialVelocity(c, part, velocity, path));
   PetscCall(DemModelSetInitialVelocity(c->dem, velocity));
+  PetscCall(AppGrainsApply(c));
   if (c->method == APP_TOUCH) {
     PetscCall(AppClockEnd(&c->clock));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -416,6 +417,7 @@ PetscErrorCode AppCaseDestroy(AppCase *c)
     c->dem      = NULL;
   }
   if (c->contact) PetscCall(CouplingContactDestroy(&c->contact));
+  PetscCall(AppGrainsDestroy(c));
   if (c->coupling) PetscCall(CouplingModelDestroy(&c->coupling));
   if (c->fem) PetscCall(FemModelDestroy(&c->fem));
   if (c->dem) PetscCall(DemModelDestroy(&c->dem));

@@ -681,16 +681,51 @@ static PetscErrorCode CheckPair(AppCase *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode BuiltIn(AppCase *c, const char *name, PetscBool *is)
+{
+  static const char *const shape[] = {"bodies.%s.geometry.box", "bodies.%s.geometry.cylinder", "bodies.%s.geometry.disc"};
+
+  PetscFunctionBegin;
+  *is = PETSC_FALSE;
+  for (PetscInt k = 0; k < 3; k++) {
+    PetscBool has;
+
+    PetscCall(Has(c->scene, &has, shape[k], name));
+    *is = (PetscBool)(*is || has);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Are they all loose grains? */
+static PetscErrorCode AllLoose(AppCase *c, PetscInt n, PetscBool *loose)
+{
+  PetscFunctionBegin;
+  *loose = PETSC_TRUE;
+  for (PetscInt b = 0; b < n && *loose; b++) {
+    const char *name, *method;
+    char        path[256];
+    PetscBool   bonded = PETSC_TRUE;
+
+    PetscCall(SceneGetEntry(c->scene, "bodies", b, &name));
+    PetscCall(GetString(c->scene, &method, "bodies.%s.method", name));
+    Path(path, "bodies.%s.dem.bonded", name);
+    if (!strcmp(method, "dem")) PetscCall(SceneGetBool(c->scene, path, &bonded));
+    *loose = (PetscBool)!bonded;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* One body, or several of finite elements that are groups of one file; or one of elements and one of particles. */
 static PetscErrorCode ReadParts(AppCase *c)
 {
   PetscInt    n;
   const char *first = NULL;
-  PetscBool   pair = PETSC_FALSE, turned = PETSC_FALSE;
+  PetscBool   pair = PETSC_FALSE, turned = PETSC_FALSE, loose = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(SceneGetSize(c->scene, "bodies", &n));
   if (n == 2) PetscCall(FindPair(c, &pair, &turned));
+  if (n > 1 && !pair) PetscCall(AllLoose(c, n, &loose));
   if (n > APP_PARTS) PetscCall(SceneFail(c->scene, "bodies", "%" PetscInt_FMT " bodies; at most %d are taken", n, APP_PARTS));
   for (PetscInt b = 0; b < n; b++) {
     AppPart    *part = &c->part[b];
@@ -707,13 +742,13 @@ static PetscErrorCode ReadParts(AppCase *c)
     if (n > 1) {
       const char *file = NULL;
 
+      PetscCall(BuiltIn(c, part->name, &has));
       Path(path, "bodies.%s.geometry", part->name);
-      PetscCall(Has(c->scene, &has, "bodies.%s.geometry.box", part->name));
       if (!has) PetscCall(SceneGetString(c->scene, path, &file));
       if (!b) first = file;
       Path(path, "bodies.%s", part->name);
-      if (!pair && (c->method != APP_FEM || !file || !first || strcmp(file, first) || !part->group[0]))
-        PetscCall(SceneFail(c->scene, path, "these bodies together are not covered yet, see docs/not-yet.md; what runs is one body, one of method: fem that one of method: dem touches, or fem bodies that are groups (group: NAME) of one geometry file"));
+      if (!pair && !loose && (c->method != APP_FEM || !file || !first || strcmp(file, first) || !part->group[0]))
+        PetscCall(SceneFail(c->scene, path, "these bodies together are not covered yet, see docs/not-yet.md; what runs is one body, one of method: fem that one of method: dem touches, bodies of loose grains (dem: {bonded: false}), or fem bodies that are groups (group: NAME) of one geometry file"));
     }
     PetscCall(ReadMaterial(c, part));
     Path(path, "bodies.%s.surface", part->name);
@@ -722,6 +757,38 @@ static PetscErrorCode ReadParts(AppCase *c)
   }
   c->n_parts = n;
   if (pair) PetscCall(CheckPair(c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Several bodies of loose grains: each one's shape, and a box about them all for the model, whose faces are nobody's. */
+static PetscErrorCode ReadGrains(AppCase *c)
+{
+  PetscReal low[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL}, high[3] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL};
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(c->n_parts, &c->grain_body));
+  for (c->grain = 0; c->grain < c->n_parts; c->grain++) {
+    char      path[256];
+    PetscBool has;
+
+    Path(path, "bodies.%s.dem.rain", AppGrains(c)->name);
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (has) PetscCall(SceneFail(c->scene, path, "a rain is the only body of a scene for now, see docs/not-yet.md; give this body a packing"));
+    Path(path, "materials.%s.local_damping", AppGrains(c)->material);
+    if (AppGrains(c)->local_damping != c->part[0].local_damping) PetscCall(SceneFail(c->scene, path, "local damping is one number for all grains for now; '%s' and '%s' give two", c->part[0].material, AppGrains(c)->material));
+    PetscCall(ReadDemBody(c));
+    for (PetscInt d = 0; d < 3; d++) {
+      low[d]  = PetscMin(low[d], c->body.low[d]);
+      high[d] = PetscMax(high[d], c->body.high[d]);
+    }
+    c->grain_body[c->grain] = c->body;
+    PetscCall(PetscMemzero(&c->body, sizeof(c->body)));
+    PetscCall(PetscFree(c->group));
+    c->n_groups = 0;
+  }
+  c->grain = 0;
+  AppCallAt(c->scene, "bodies", DemBodyCreateBox(c->dim, low, high, c->thickness, &c->body));
+  PetscCall(PetscCalloc1(1, &c->group));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -767,6 +834,7 @@ PetscErrorCode AppGeometryRead(AppCase *c)
   PetscFunctionBegin;
   PetscCall(ReadParts(c));
   if (c->method == APP_TOUCH) PetscCall(ReadPair(c));
+  else if (c->method == APP_DEM && c->n_parts > 1) PetscCall(ReadGrains(c));
   else if (c->method == APP_DEM) PetscCall(ReadDemBody(c));
   else if (c->method == APP_COUPLED) PetscCall(ReadCoupledBody(c));
   else PetscCall(ReadFemBody(c));

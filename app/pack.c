@@ -46,6 +46,7 @@ PetscErrorCode AppPack(const AppOptions *options, int *exit_code)
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.method", c.part[0].name));
     PetscCall(SceneFail(c.scene, path, "this body has no particles to pack; method: dem has"));
   }
+  if (c.grain_body) PetscCall(SceneFail(c.scene, "bodies", "cleave pack makes the packing of one body, and here are %" PetscInt_FMT "; cleave run packs them all", c.n_parts));
   PetscCall(AppCasePack(&c));
   PetscCall(DemPackingGetReport(&c.packing, &c.body, &report));
   PetscCall(AppOutputDirectory(options, sizeof(directory), directory));

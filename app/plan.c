@@ -48,13 +48,13 @@ static void Seconds(const AppCase *c, AppPlan *plan)
 }
 
 /* Particles from the wanted radius: the sphere's share of its cell is 1 - porosity, about 0.74 (2D: 0.86). */
-static PetscErrorCode EstimateParticles(AppCase *c, AppPlan *plan)
+static PetscErrorCode EstimateBody(AppCase *c, const DemBody *body, AppPlan *plan)
 {
   char            path[256];
   PetscBool       has;
   PetscInt        count;
   PetscReal       radius, spread, filling = c->dim == 3 ? 0.74 : 0.86;
-  const PetscReal volume = DemBodyVolume(&c->body);
+  const PetscReal volume = DemBodyVolume(body);
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.count", AppGrains(c)->name));
@@ -106,6 +106,30 @@ static PetscErrorCode EstimateParticles(AppCase *c, AppPlan *plan)
     fclose(in);
   }
   plan->particles = PetscMax(1, PetscFloorReal(plan->particles));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Of all bodies of particles; a clump counts its spheres. */
+static PetscErrorCode EstimateParticles(AppCase *c, AppPlan *plan)
+{
+  PetscReal all = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < (c->grain_body ? c->n_parts : 1); k++) {
+    char      path[256];
+    PetscBool has;
+    PetscInt  spheres = 1;
+
+    c->grain        = k;
+    plan->particles = 0;
+    PetscCall(EstimateBody(c, c->grain_body ? &c->grain_body[k] : &c->body, plan));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.clump.spheres", AppGrains(c)->name));
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (has) PetscCall(SceneGetSize(c->scene, path, &spheres));
+    all += plan->particles * (PetscReal)spheres;
+  }
+  c->grain        = 0;
+  plan->particles = all;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -162,6 +162,18 @@ static PetscErrorCode CheckBody(Scene scene, SceneNode body)
     for (PetscInt k = 0; k < 3; k++)
       if (SceneNodeChild(packing, other[k])) PetscCall(SceneFaultKey(scene, SceneNodeChild(packing, other[k]), "%s is of grains that are there from the start; with a rain give the radius, its rate and its end", other[k]));
   }
+  if (SceneNodeChild(SceneNodeChild(body, "dem"), "clump")) {
+    const SceneNode clump = SceneNodeChild(SceneNodeChild(body, "dem"), "clump"), mass = SceneNodeChild(clump, "mass"), spheres = SceneNodeChild(clump, "spheres");
+    static const char *const with[] = {"centre", "inertia"};
+
+    if (!SceneNodeIs(SceneNodeChild(SceneNodeChild(body, "dem"), "bonded"), "false")) PetscCall(SceneFaultKey(scene, clump, "clumps are loose grains; write bonded: false beside it"));
+    if (!SceneNodeChild(scene->root, "contact")) PetscCall(SceneFaultKey(scene, clump, "clumps need to know how they meet; add a contact section"));
+    if (spheres && !spheres->first) PetscCall(SceneFaultKey(scene, spheres, "a clump has at least one sphere, e.g. {at: [0 mm, 0 mm, 0 mm], radius: 1 mm}"));
+    for (PetscInt k = 0; k < 2; k++) {
+      if (mass && !SceneNodeChild(clump, with[k])) PetscCall(SceneFaultKey(scene, mass, "mass alone does not say how the clump turns; add %s", with[k]));
+      if (!mass && SceneNodeChild(clump, with[k])) PetscCall(SceneFaultKey(scene, SceneNodeChild(clump, with[k]), "%s goes with mass; add it, or take this out: the union of the spheres has its own", with[k]));
+    }
+  }
   if (SceneNodeChild(packing, "porosity") && !SceneNodeIs(SceneNodeChild(SceneNodeChild(body, "dem"), "bonded"), "false"))
     PetscCall(SceneFaultKey(scene, SceneNodeChild(packing, "porosity"), "porosity is of loose grains; write bonded: false beside packing, or take it out: bonded particles fill the body"));
   if (file && file->good) {

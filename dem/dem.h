@@ -93,6 +93,8 @@ PetscErrorCode DemModelSetBonded(DemModel model, PetscBool bonded); /* default t
 PetscErrorCode DemModelSetContact(DemModel model, const DemContactOptions *options);
 /* Materials of the particles [packing's order], for loose grains, and the choice of one pair of them. */
 PetscErrorCode DemModelSetGrainMaterials(DemModel model, PetscInt n, const DemMaterial material[], const PetscInt of[]);
+/* Initial velocity of each of those materials, [n][3] [m/s]; default: that of the model. */
+PetscErrorCode DemModelSetGrainVelocities(DemModel model, const PetscReal velocity[]);
 PetscErrorCode DemModelSetContactPair(DemModel model, PetscInt a, PetscInt b, const DemContactChoice *choice);
 /* The grains of DemPackingCreateRain() come one after the other, `rate` a second from time 0 on, into the body's box with the initial velocity. Needs
    contacts. One that finds no free place gives up its turn.  Eqs (5.83)-(5.86) */

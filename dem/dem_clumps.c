@@ -124,7 +124,7 @@ PetscErrorCode DemSetUpClumps_Internal(DemModel model)
     for (PetscInt d = 0; d < 3; d++) {
       c->moments[3 * k + d] = (shape->mass > 0 ? 1 : density) * shape->moments[d] * s3 * s * s;
       c->x0[3 * k + d]      = place->centre[d];
-      c->v[3 * k + d]       = model->initial_velocity[d];
+      c->v[3 * k + d]       = model->v[d * n + model->rank_of[place->first]];
     }
     c->start[k + 1] = c->start[k] + shape->n;
     for (PetscInt i = 0; i < shape->n; i++) {

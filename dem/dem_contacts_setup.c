@@ -32,6 +32,15 @@ PetscErrorCode DemModelSetGrainMaterials(DemModel model, PetscInt n, const DemMa
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode DemModelSetGrainVelocities(DemModel model, const PetscReal velocity[])
+{
+  PetscFunctionBegin;
+  PetscCheck(model->grain_of && !model->ready && !model->grain_velocity, model->comm, PETSC_ERR_ORDER, "Velocities of grains are given once, after DemModelSetGrainMaterials()");
+  PetscCall(PetscMalloc1(3 * model->n_grain_kinds, &model->grain_velocity));
+  PetscCall(PetscArraycpy(model->grain_velocity, velocity, 3 * model->n_grain_kinds));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemModelSetContactPair(DemModel model, PetscInt a, PetscInt b, const DemContactChoice *choice)
 {
   PetscInt         *of;
@@ -140,6 +149,7 @@ PetscErrorCode DemContactsDestroy_Internal(DemModel model)
     for (PetscInt t = 0; t < model->threads; t++) PetscCall(PetscFree(c->scratch[t]));
   PetscCall(PetscFree(c->scratch));
   PetscCall(PetscFree2(model->grain_kind, model->grain_of));
+  PetscCall(PetscFree(model->grain_velocity));
   PetscCall(PetscFree2(model->pair_of, model->pair_choice));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -181,6 +181,7 @@ struct _p_DemModel {
 
   PetscInt     n_grain_kinds; /* loose grains of several materials */
   DemMaterial *grain_kind;
+  PetscReal   *grain_velocity; /* [kinds][3], NULL: initial_velocity for all */
   PetscInt    *grain_of;      /* [n] packing's order */
   PetscInt          n_pair_choices;
   PetscInt         *pair_of;  /* [n_pair_choices][2] */

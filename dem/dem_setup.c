@@ -58,16 +58,19 @@ PetscErrorCode DemSetUpOrder_Internal(DemModel model)
     /* A bonded particle weighs its cell, so the body weighs right; a loose one is its sphere (2D: its disc). */
     const PetscReal r = model->packing.r[k], V = model->bonded ? cells->volume[k] : dim == 3 ? 4.0 / 3 * PETSC_PI * r * r * r : PETSC_PI * r * r * model->body.thickness;
 
+    const DemMaterial *m = model->grain_of ? &model->grain_kind[model->grain_of[k]] : &model->material;
+    const PetscReal   *v = model->grain_velocity ? &model->grain_velocity[3 * model->grain_of[k]] : model->initial_velocity;
+
     model->at[p]      = k;
     model->rank_of[k] = p;
     model->r[p]       = model->packing.r[k];
     for (PetscInt d = 0; d < dim; d++) {
       model->x0[d * n + p]     = model->packing.x[3 * k + d];
-      model->v[d * n + p]      = model->initial_velocity[d];
+      model->v[d * n + p]      = v[d];
       if (model->bonded) model->offset[d * n + p] = cells->centroid[3 * k + d] - model->packing.x[3 * k + d];
     }
     model->volume[p] = model->vstar[p] = V;
-    model->mass[p]   = model->material.density * V * (model->weight_mass ? model->weight_mass[k] : 1);
+    model->mass[p]   = m->density * V * (model->weight_mass ? model->weight_mass[k] : 1);
     /* A sphere (2D: disc) of the cell's volume: isotropic, so angular momentum is exact. */
     if (dim == 3) model->inertia[p] = 0.4 * model->mass[p] * PetscPowReal(0.75 * V / PETSC_PI, 2.0 / 3.0);
     else model->inertia[p] = 0.5 * model->mass[p] * V / (model->body.thickness * PETSC_PI);

@@ -162,10 +162,10 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
 {
   DemModel       model = ctx;
   const PetscInt n = model->n;
-  PetscReal     *data[10] = {NULL}, *radius, *where = NULL;
+  PetscReal     *data[12] = {NULL}, *radius, *where = NULL;
   PetscInt      *start, *node, m = 0;
   unsigned char *type;
-  OutputArray    array[12];
+  OutputArray    array[14];
   OutputBlock    block = {"particles", n, model->packing.x, n, NULL, NULL, NULL, 0, array};
 
   PetscFunctionBegin;
@@ -243,6 +243,16 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
     PetscCall(PetscFree(fragment));
     array[m++] = (OutputArray){"fragment", "-", OUTPUT_POINT_DATA, 1, data[8]};
   }
+  if (model->grain_of) {
+    PetscCall(PetscMalloc1(n, &data[10]));
+    for (PetscInt k = 0; k < n; k++) data[10][k] = (PetscReal)model->grain_of[k];
+    array[m++] = (OutputArray){"body", "-", OUTPUT_POINT_DATA, 1, data[10]};
+  }
+  if (model->clumps.n) {
+    PetscCall(PetscMalloc1(n, &data[11]));
+    for (PetscInt k = 0; k < n; k++) data[11][k] = (PetscReal)model->clumps.of[model->rank_of[k]];
+    array[m++] = (OutputArray){"clump", "-", OUTPUT_POINT_DATA, 1, data[11]};
+  }
   block.n_arrays = m;
   if (model->contacts.n_gone) PetscCall(LeaveOut(model, &block, &where));
   PetscCall(OutputFrameBlock(output, &block));
@@ -250,7 +260,7 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
   if (model->n_tools) PetscCall(DemToolsWrite_Internal(model, output));
   if (OutputWants(output, "bonds") && model->bonds.n) PetscCall(DemWriteBonds_Internal(model, output));
   if (OutputWants(output, "damage") && model->crack.damage) PetscCall(DemWriteCracks_Internal(model, output));
-  for (PetscInt k = 0; k < 10; k++) PetscCall(PetscFree(data[k]));
+  for (PetscInt k = 0; k < 12; k++) PetscCall(PetscFree(data[k]));
   PetscCall(PetscFree4(start, node, type, radius));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

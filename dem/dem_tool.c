@@ -70,7 +70,8 @@ PetscInt DemToolFind_Internal(DemModel model, const char *name)
 
 PetscErrorCode DemToolsSetUp_Internal(DemModel model)
 {
-  const DemContactElastic particle = {model->material.young, model->material.poisson}, rigid = {0, 0};
+  const DemContactElastic rigid = {0, 0};
+  const PetscInt          kinds = model->grain_of ? model->n_grain_kinds : 1;
   PetscReal               largest = 0;
 
   PetscFunctionBegin;
@@ -79,13 +80,19 @@ PetscErrorCode DemToolsSetUp_Internal(DemModel model)
     DemTool *tool = model->tool[k];
 
     BaseCheckInput(model->dim == 3 || tool->o.contact.law == DEM_CONTACT_LINEAR, model->comm, "Tool '%s': discs of a 2D model meet it by the linear law; Hertz's is for spheres", tool->name);
-    PetscCall(DemContactPairSet(&tool->pair, &tool->o.contact, particle, rigid));
-    if (tool->o.damping > 0) {
-      tool->pair.zeta         = tool->o.damping;
-      tool->pair.drag         = 2 * tool->o.damping * (tool->pair.hertz > 0 ? PetscSqrtReal(5.0 / 6) : 1);
-      tool->pair.drag_tangent = 0;
+    PetscCall(PetscCalloc1(kinds, &tool->pair));
+    for (PetscInt g = 0; g < kinds; g++) {
+      const DemMaterial *m    = model->grain_of ? &model->grain_kind[g] : &model->material;
+      DemContactPair    *pair = &tool->pair[g];
+
+      PetscCall(DemContactPairSet(pair, &tool->o.contact, (DemContactElastic){m->young, m->poisson}, rigid));
+      if (tool->o.damping > 0) {
+        pair->zeta         = tool->o.damping;
+        pair->drag         = 2 * tool->o.damping * (pair->hertz > 0 ? PetscSqrtReal(5.0 / 6) : 1);
+        pair->drag_tangent = 0;
+      }
+      tool->turns = (PetscBool)(tool->turns || pair->roll > 0 || pair->twist > 0);
     }
-    tool->turns = (PetscBool)(tool->pair.roll > 0 || tool->pair.twist > 0);
     if (tool->o.shape == DEM_TOOL_SURFACE) PetscCall(DemSurfaceSetReach(&tool->o.surface, largest * (1 + 1e-9)));
     PetscCall(PetscCalloc3(model->blocks.n_blocks, &tool->contact, model->blocks.n_blocks, &tool->n_contacts, model->blocks.n_blocks, &tool->room));
   }
@@ -106,6 +113,7 @@ PetscErrorCode DemToolsDestroy_Internal(DemModel model)
     if (tool->contact)
       for (PetscInt b = 0; b < model->blocks.n_blocks; b++) PetscCall(PetscFree(tool->contact[b]));
     PetscCall(PetscFree3(tool->contact, tool->n_contacts, tool->room));
+    PetscCall(PetscFree(tool->pair));
     PetscCall(PetscFree(model->tool[k]));
   }
   PetscCall(PetscFree(model->tool));
@@ -164,7 +172,7 @@ static void Part(DemModel model, const DemTool *tool, DemToolContact *c, PetscRe
 
   for (PetscInt d = 0; d < 3; d++) x[d] = d < model->dim ? model->x0[d * model->n + p] + model->u[d * model->n + p] : 0;
   Relative(model, tool, p, x, model->r[p], c->n, v, spin, from);
-  DemContactPart(&tool->pair, v, c->radius, c->size, dt, tool->turns, &c->history, &friction, &damping);
+  DemContactPart(DemToolPair(model, tool, c->p), v, c->radius, c->size, dt, tool->turns, &c->history, &friction, &damping);
   total->friction += friction;
   total->damping += damping;
 }
@@ -191,9 +199,9 @@ static void Act(DemModel model, const DemTool *tool, const PetscReal x[3], const
   m.mass    = tool->mass > 0 ? 1 / (1 / model->mass[p] + 1 / tool->mass) : model->mass[p];
   c->radius = m.radius;
   c->size   = m.size;
-  if (tool->turns) DemContactStep(&tool->pair, &m, dt, 1, &c->history, &f);
-  else DemContactStep(&tool->pair, &m, dt, 0, &c->history, &f);
-  c->energy = DemContactEnergy(&tool->pair, m.radius, m.size, m.overlap, &c->history);
+  if (tool->turns) DemContactStep(DemToolPair(model, tool, c->p), &m, dt, 1, &c->history, &f);
+  else DemContactStep(DemToolPair(model, tool, c->p), &m, dt, 0, &c->history, &f);
+  c->energy = DemContactEnergy(DemToolPair(model, tool, c->p), m.radius, m.size, m.overlap, &c->history);
   for (PetscInt d = 0; d < 3; d++) moment[d] = -arm * (e[(d + 1) % 3] * f.force[(d + 2) % 3] - e[(d + 2) % 3] * f.force[(d + 1) % 3]) + f.couple[d];
   for (PetscInt d = 0; d < 3; d++) {
     const PetscInt i = (d + 1) % 3, j = (d + 2) % 3;
@@ -358,13 +366,14 @@ PetscReal DemToolsRate_Internal(DemModel model, PetscReal *drag)
 
   for (PetscInt k = 0; k < model->n_tools; k++) {
     const DemTool        *tool = model->tool[k];
-    const DemContactPair *pair = &tool->pair;
     const PetscReal       both = model->n_tools > 1 || tool->o.shape == DEM_TOOL_SURFACE || tool->o.inside ? 2 : 1;
 
     for (PetscInt p = 0; p < model->n; p++) {
       PetscReal       radius, size, S, share;
       const PetscReal light = DemClumpLight_Internal(model, p, &share), m = 1 / (1 / share + (tool->mass > 0 ? 1 / tool->mass : 0)), felt = 1 / (1 / model->mass[p] + (tool->mass > 0 ? 1 / tool->mass : 0));
       const PetscReal turn = light < model->mass[p] ? 1 : 1 + model->mass[p] * PetscSqr(model->r[p]) / model->inertia[p];
+
+      const DemContactPair *pair = DemToolPair(model, tool, p);
 
       Sizes(model, p, 0, &radius, &size);
       S    = DemContactStiffness(pair, size, deepest * radius);

@@ -14,7 +14,7 @@ typedef struct {
 struct DemTool {
   char           name[128];
   DemToolOptions o;
-  DemContactPair pair;
+  DemContactPair *pair;    /* [kinds of grains] */
   PetscBool      turns;    /* rolling or twisting resistance */
   PetscBool      rotates;  /* the pose has more than a shift */
 
@@ -34,6 +34,12 @@ struct DemTool {
   DemToolContact **contact; /* [n_blocks] */
   PetscInt        *n_contacts, *room; /* [n_blocks] */
 };
+
+/* With particle p. */
+static inline const DemContactPair *DemToolPair(DemModel model, const DemTool *tool, PetscInt p)
+{
+  return &tool->pair[model->grain_of ? model->grain_of[model->at[p]] : 0];
+}
 
 /* dem_tool_shape.c */
 PetscErrorCode DemToolShapeSet_Internal(DemTool *tool, PetscInt dim);

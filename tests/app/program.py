@@ -1,6 +1,7 @@
 """The program from outside: what a user types, what comes back.  python3 program.py CLEAVE SOURCE_TREE TEST..."""
 import csv
 import json
+import math
 import os
 import re
 import shutil
@@ -599,6 +600,125 @@ def test_rain(folder):
     check("bonded: false" in cleave("check", "bad.yaml", cwd=folder, expect=2), "bonded rain")
     write(folder, "bad.yaml", RAIN.replace("seed: 4", "porosity: 0.7"))
     check("there from the start" in cleave("check", "bad.yaml", cwd=folder, expect=2), "rain with a porosity")
+
+
+CLUMPS = """
+time: {end: 0.12 s}
+materials: {glass: {density: 2500 kg/m3, young: 1 MPa, poisson: 0.25}}
+bodies:
+  grains:
+    geometry: {box: {size: [60 mm, 60 mm, 60 mm]}}
+    method: dem
+    material: glass
+    initial_velocity: [0.2 m/s, 0 m/s, -1 m/s]
+    dem:
+      bonded: false
+      packing: {radius: 8 mm, seed: 4, porosity: 0.75}
+      clump: {spheres: [{at: [0 mm, 0 mm, 0 mm], radius: 5 mm}, {at: [5 mm, 1 mm, 0 mm], radius: 4 mm}, {at: [0 mm, 4 mm, 3 mm], radius: 3 mm}]}
+contact: {friction: 0.4, restitution: 0.6, initial_overlaps: push, domain: box, low: [-20 mm, -20 mm, -50 mm], high: [80 mm, 80 mm, 200 mm]}
+tools:
+  floor: {box: {low: [-20 mm, -20 mm, -20 mm], size: [70 mm, 100 mm, 10 mm]}, friction: 0.4, restitution: 0.6}
+conditions: [{gravity: [0 m/s2, 0 m/s2, -9.81 m/s2]}]
+output: {history: {every: 2 ms, quantities: [energies, grains, force(floor)]}, fields: {every: 20 ms, names: [displacement, orientation]}}
+"""
+
+
+def test_clumps(folder):
+    """Clumps laid out apart and raining, over an edge: counted whole, energy closed to 0.1 %, they keep their shape, threads and a resume change no bit."""
+    write(folder, "laid.yaml", CLUMPS)
+    write(folder, "rain.yaml", CLUMPS.replace("porosity: 0.75}", "spread: 0.2}\n      rain: {rate: 300 1/s, until: 0.1 s}"))
+    for name, stop in (("laid", "2500"), ("rain", "2500")):
+        cleave("check", name + ".yaml", cwd=folder)
+        cleave("run", name + ".yaml", "--output", name, cwd=folder)
+        row = last_row(folder, name)
+        check(row["grains.left"] > 0 and row["grains.present"] == row["grains.come"] - row["grains.left"], row)
+        check(row["grains.come"] == 8 if name == "laid" else 25 < row["grains.come"] <= 31, row)
+        check(row["ledger_error"] < 1e-3, name, row["ledger_error"])
+        cleave("run", name + ".yaml", "--threads", "2", "--output", name + "2", cwd=folder)
+        same_results(os.path.join(folder, name), os.path.join(folder, name + "2"))
+        cleave("run", name + ".yaml", "--output", name + "p", "--stop-after", stop, cwd=folder)
+        cleave("run", name + ".yaml", "--output", name + "p", "--resume", cwd=folder)
+        same_results(os.path.join(folder, name), os.path.join(folder, name + "p"))
+        data = frames(os.path.join(folder, name))
+        last = sorted(key for key in data if key.endswith("particles/points"))[-1][:-len("points")]
+        at, clump, turn = data[last + "points"] + data[last + "point_data/displacement"], data[last + "point_data/clump"].ravel(), data[last + "point_data/orientation"]
+        radius = data[last + "point_data/radius"].ravel()
+        check(all((clump == k).sum() == 3 for k in set(clump)) and abs((turn ** 2).sum(axis=1) - 1).max() < 1e-12, clump)
+        for k in sorted(set(clump))[:4]:
+            x, r, q = at[clump == k], radius[clump == k], turn[clump == k]
+            check(abs(numpy.linalg.norm(x[1] - x[0]) / r[0] - math.sqrt(26) / 5) < 1e-9 and (q == q[0]).all(), k, x, r)
+            w, v = q[0][0], q[0][1:]
+            arm = numpy.array([5.0, 1.0, 0.0]) * r[0] / 5
+            check(abs(arm + 2 * w * numpy.cross(v, arm) + 2 * numpy.cross(v, numpy.cross(v, arm)) - (x[1] - x[0])).max() < 1e-9, "the quaternion is not the turn of the shape")
+    given = "orientation: given, mass: 3 g, centre: [1 mm, 1 mm, 1 mm], inertia: [40 g mm2, 50 g mm2, 60 g mm2], spheres"
+    for old, new, words in (("bonded: false", "bonded: true", "loose grains"), ("clump: {spheres", "clump: {mass: 3 g, spheres", "add centre"), ("clump: {spheres", "clump: {inertia: [1 g mm2, 1 g mm2, 1 g mm2], spheres", "goes with mass"),
+                            ("radius: 4 mm}", "radius: 0 mm}", "radius"), ("young: 1 MPa", "young: 1 MPa, local_damping: 0.1", "no local damping"), ("clump: {spheres", "clump: {" + given.replace("60 g", "160 g"), "belong to no body")):
+        check(old in CLUMPS, old)
+        write(folder, "bad.yaml", CLUMPS.replace(old, new))
+        said = cleave("run", "bad.yaml", "--output", "bad", cwd=folder, expect=2)
+        check("bad.yaml:" in said and words in said, words, said)
+    write(folder, "given.yaml", CLUMPS.replace("clump: {spheres", "clump: {" + given))
+    cleave("run", "given.yaml", "--output", "given", "--stop-after", "20", cwd=folder)
+
+
+BODIES = """
+time: {end: 60 ms}
+materials:
+  glass: {density: 2500 kg/m3, young: 1 MPa, poisson: 0.25}
+  steel: {density: 7800 kg/m3, young: 4 MPa, poisson: 0.3}
+bodies:
+  sliders:
+    geometry: {box: {low: [0 mm, 0 mm, 0 mm], size: [10 mm, 10 mm, 10 mm]}}
+    method: dem
+    material: glass
+    initial_velocity: [1 m/s, 0 m/s, 0 m/s]
+    dem: {packing: {file: one.txt}, bonded: false}
+  target:
+    geometry: {box: {low: [12 mm, 0 mm, 0 mm], size: [10 mm, 10 mm, 10 mm]}}
+    method: dem
+    material: steel
+    dem: {packing: {file: two.txt}, bonded: false}
+  dropped:
+    geometry: {cylinder: {centre: [50 mm, 50 mm, 0 mm], radius: 20 mm, height: 40 mm}}
+    method: dem
+    material: glass
+    initial_velocity: [0 m/s, 0 m/s, -2 m/s]
+    dem: {packing: {radius: 5 mm, porosity: 0.7}, bonded: false, clump: {spheres: [{at: [0 mm, 0 mm, 0 mm], radius: 3 mm}, {at: [3 mm, 0 mm, 0 mm], radius: 3 mm}]}}
+contact:
+  restitution: 0.9
+  pairs:
+    - {first: glass, second: steel, restitution: 0.5}
+tools:
+  floor: {plane: {point: [0 mm, 0 mm, -5 mm], normal: [0, 0, 1]}, restitution: 0.6, friction: 0.3}
+output: {history: {every: 1 ms, quantities: [energies, grains]}, fields: {every: 20 ms, names: [displacement, velocity]}}
+"""
+
+
+def test_bodies(folder):
+    """Bodies of grains of two materials: each its density, velocity and clumps; a pair's own restitution is what a head-on impact shows."""
+    write(folder, "bodies.yaml", BODIES)
+    write(folder, "one.txt", "0.005 0.005 0.005 0.004\n")
+    write(folder, "two.txt", "0.017 0.005 0.005 0.004\n")
+    cleave("check", "bodies.yaml", cwd=folder)
+    for restitution in (0.5, 0.9):
+        write(folder, "pair.yaml", BODIES.replace("restitution: 0.5}", "friction: 0.1}") if restitution == 0.9 else BODIES)
+        cleave("run", "pair.yaml", "--output", "out", cwd=folder)
+        data = frames(os.path.join(folder, "out"))
+        last = sorted(key for key in data if key.endswith("particles/points"))[-1][:-len("points")]
+        body, speed = data[last + "point_data/body"].ravel(), data[last + "point_data/velocity"]
+        check((body == 0).sum() == 1 and (body == 1).sum() == 1 and (body == 2).sum() > 10, body)
+        light, heavy = 2500.0, 7800.0
+        common = light / (light + heavy)
+        check(abs(speed[body == 0][0, 0] - (common - restitution * (1 - common))) < 2e-3 and abs(speed[body == 1][0, 0] - common * (1 + restitution)) < 2e-3, speed[body < 2])
+        row = last_row(folder, "out")
+        check(row["ledger_error"] < 1e-3 and row["grains.present"] == 2 + (body == 2).sum() / 2, row)
+        check(speed[body == 2][:, 2].max() > 0.1, "nothing has bounced off the floor")
+    for old, new, words in (("first: glass", "first: brass", "no body of particles is made of 'brass'"), ("{first: glass, second: steel,", "{first: glass,", "second"), ("bonded: false, clump", "bonded: true, clump", "loose"),
+                            ("young: 4 MPa", "young: 4 MPa, local_damping: 0.2", "local damping is one number"), ("{radius: 5 mm, porosity: 0.7}, bonded", "{radius: 5 mm}, rain: {rate: 10 1/s, until: 1 s}, bonded", "rain")):
+        check(old in BODIES, old)
+        write(folder, "bad.yaml", BODIES.replace(old, new))
+        said = cleave("run", "bad.yaml", "--output", "bad", cwd=folder, expect=2)
+        check("bad.yaml:" in said and words in said, words, said)
 
 
 def test_grains(folder):
