@@ -48,6 +48,7 @@ void DemRainSleep_Internal(DemModel model)
     model->contacts.gone[p] = 1;
     for (PetscInt d = 0; d < model->dim; d++) model->v[d * model->n + p] = model->f[d * model->n + p] = 0;
   }
+  for (PetscInt k = 0; k < 3 * model->clumps.n; k++) model->clumps.v[k] = 0;
   model->contacts.n_gone = model->n;
 }
 
