@@ -20,7 +20,9 @@ typedef struct {
   PetscInt     threads, stop_after; /* 0: not given */
   PetscInt     n_set;
   const char **set; /* [n_set] "path=value" */
-  PetscBool    resume, quiet, no_plots;
+  PetscReal    time_limit; /* [s] of wall time, the set-up included; 0: none */
+  PetscLogDouble stop_at;  /* by PetscTime(); 0: never */
+  PetscBool    resume, new_loads, quiet, no_plots;
   int          n_petsc;
   char       **petsc; /* [n_petsc + 1] program name and what follows "--" */
 } AppOptions;
@@ -175,8 +177,9 @@ PetscErrorCode AppThreads(MPI_Comm comm, PetscInt asked, PetscInt *threads);
 
 /* results/NAME below the caller, NAME the scene's folder when the file is scene.yaml, else the file's own. */
 PetscErrorCode AppOutputDirectory(const AppOptions *options, size_t size, char directory[]);
-/* What a checkpoint depends on: the resolved scene without title, end and output. Caller frees. */
-PetscErrorCode AppStamp(AppCase *c, char **stamp);
+/* Lines "path: value". stamp: what a checkpoint depends on, the resolved scene without title, end and output, loads marked '~'; scene: everything. Caller frees. */
+PetscErrorCode AppStamp(AppCase *c, char **stamp, char **scene);
+PetscErrorCode AppResolvedWrite(AppCase *c, const char *directory, const char *changes); /* changes: NULL, or lines kept below as comments */
 
 /* An error a library raised about the scene's own data becomes an error at the scene's place. */
 #define AppCallAt(scene, path, call) \

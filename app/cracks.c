@@ -31,7 +31,7 @@ static PetscErrorCode FragmentsWrite(AppCase *c, const char *directory)
   }
   PetscCall(DemModelRestoreState(c->dem, &s));
   PetscCall(BaseFormat(path, "%s/fragments.csv", directory));
-  PetscCall(FileOpen(path, "w", &out));
+  PetscCall(FileCreate(path, &out));
   fprintf(out, "fragment[-],particles[-],mass[kg],x[m],y[m],z[m],velocity.x[m/s],velocity.y[m/s],velocity.z[m/s]\n");
   for (PetscInt k = 0; k < parts; k++) {
     const PetscReal *row = sum + 8 * k, m = row[1];
@@ -39,7 +39,7 @@ static PetscErrorCode FragmentsWrite(AppCase *c, const char *directory)
     fprintf(out, "%d,%.0f,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", (int)k, (double)row[0], (double)m, (double)(row[2] / m), (double)(row[3] / m), (double)(row[4] / m), (double)(row[5] / m),
             (double)(row[6] / m), (double)(row[7] / m));
   }
-  PetscCall(FileClose(&out, path));
+  PetscCall(FileFinish(&out, path));
   PetscCall(PetscFree(sum));
   PetscCall(PetscFree(fragment));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -55,7 +55,7 @@ PetscErrorCode AppCracksWrite(AppCase *c, const char *directory)
   if (c->rank || !c->dem || !AppGrains(c)->cohesive) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(BaseFormat(path, "%s/cracks.csv", directory));
   PetscCall(DemModelGetCracks(c->dem, &cracks));
-  PetscCall(FileOpen(path, "w", &out));
+  PetscCall(FileCreate(path, &out));
   fprintf(out, "time[s],x[m],y[m],z[m],normal.x[-],normal.y[-],normal.z[-],area[m2],mode,opening[m],slide[m],energy[J],damage[-],broken[-]\n");
   for (PetscInt k = 0; k < cracks.n; k++) {
     PetscReal at[3], normal[3], area;
@@ -64,7 +64,7 @@ PetscErrorCode AppCracksWrite(AppCase *c, const char *directory)
     fprintf(out, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%s,%.9g,%.9g,%.9g,%.9g,%.9g\n", (double)cracks.time[k], (double)at[0], (double)at[1], (double)at[2], (double)normal[0], (double)normal[1], (double)normal[2],
             (double)area, cracks.mode[k] == 1 ? "tension" : "shear", (double)cracks.opening[k], (double)cracks.slide[k], (double)cracks.work[k], (double)cracks.damage[k], (double)cracks.broken[k]);
   }
-  PetscCall(FileClose(&out, path));
+  PetscCall(FileFinish(&out, path));
   PetscCall(FragmentsWrite(c, directory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -35,6 +35,8 @@ static void Help(FILE *out)
                "  --threads N          default: the cores this process may use, shared among ranks\n"
                "  --set KEY=VALUE      overrides a key of the scene: --set time.end='2 ms' (also check, pack)\n"
                "  --resume             go on from the checkpoint in the output directory\n"
+               "  --new-loads          with --resume: conditions and motions of tools may differ from the checkpoint's\n"
+               "  --time-limit TIME    stop, with a checkpoint, after so much wall time: 90s, 30min, 2h\n"
                "  --stop-after STEPS   stop, with a checkpoint, after so many steps\n"
                "  --quiet              no plan, no progress\n"
                "  --no-plots           no pictures at the end\n"
@@ -79,6 +81,7 @@ int main(int argc, char **argv)
   AppOptions     options;
   PetscErrorCode code;
   const char    *names[N_COMMANDS], *near;
+  PetscLogDouble began;
   int            exit_code = 0, k = 0;
 
   if (argc < 2) {
@@ -109,6 +112,8 @@ int main(int argc, char **argv)
   SpinLess(argv);
   exit_code = AppOptionsRead(argc, argv, &options);
   if (exit_code) return exit_code;
+  PetscTime(&began);
+  if (options.time_limit > 0) options.stop_at = began + options.time_limit;
   if (BaseInitialize(&options.n_petsc, &options.petsc)) return 1;
   code = PetscLogDefaultBegin(); /* counts of what is constructed come from PETSc's own log */
   if (!code) code = commands[k].call(&options, &exit_code);

@@ -12,10 +12,10 @@ static PetscErrorCode WriteTable(AppCase *c, const FemModal *modes, const char *
   PetscFunctionBegin;
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(BaseFormat(path, "%s/modes.csv", directory));
-  PetscCall(FileOpen(path, "w", &out));
+  PetscCall(FileCreate(path, &out));
   fprintf(out, "mode[-],frequency[Hz],residual[-]\n");
   for (PetscInt k = 0; k < modes->n; k++) fprintf(out, "%d,%.12g,%.3g\n", (int)k + 1, (double)modes->frequency[k], (double)modes->residual[k]);
-  PetscCall(FileClose(&out, path));
+  PetscCall(FileFinish(&out, path));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

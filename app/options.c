@@ -15,7 +15,9 @@ static const Option table[] = {
   {"--threads", "run check", PETSC_TRUE},
   {"--set", "run check pack", PETSC_TRUE},
   {"--stop-after", "run", PETSC_TRUE},
+  {"--time-limit", "run", PETSC_TRUE},
   {"--resume", "run", PETSC_FALSE},
+  {"--new-loads", "run", PETSC_FALSE},
   {"--quiet", "run", PETSC_FALSE},
   {"--no-plots", "run", PETSC_FALSE},
 };
@@ -40,6 +42,26 @@ static int Whole(const char *option, const char *text, PetscInt *value)
   }
   *value = (PetscInt)number;
   return 0;
+}
+
+/* "90 s", "30 min", "2 h"; a plain number is seconds. */
+static int Seconds(const char *option, const char *text, PetscReal *value)
+{
+  static const struct {
+    const char *name;
+    double      seconds;
+  } units[] = {{"", 1}, {"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}};
+  char        *end;
+  const double number = strtod(text, &end);
+
+  while (*end == ' ') end++;
+  for (size_t k = 0; k < sizeof(units) / sizeof(units[0]) && end != text && number > 0; k++)
+    if (!strcmp(end, units[k].name) && number * units[k].seconds < 1e12) {
+      *value = number * units[k].seconds;
+      return 0;
+    }
+  fprintf(stderr, "cleave: %s '%s' is not a time above 0, such as 90s, 30min or 2h\n", option, text);
+  return 2;
 }
 
 static const Option *Find(const char *word, size_t length)
@@ -96,13 +118,16 @@ int AppOptionsRead(int argc, char **argv, AppOptions *o)
     if (!strcmp(option->name, "--output")) o->output = value;
     else if (!strcmp(option->name, "--threads")) bad = Whole("--threads", value, &o->threads);
     else if (!strcmp(option->name, "--stop-after")) bad = Whole("--stop-after", value, &o->stop_after);
+    else if (!strcmp(option->name, "--time-limit")) bad = Seconds("--time-limit", value, &o->time_limit);
     else if (!strcmp(option->name, "--resume")) o->resume = PETSC_TRUE;
+    else if (!strcmp(option->name, "--new-loads")) o->new_loads = PETSC_TRUE;
     else if (!strcmp(option->name, "--quiet")) o->quiet = PETSC_TRUE;
     else if (!strcmp(option->name, "--no-plots")) o->no_plots = PETSC_TRUE;
     else if (!strchr(value, '=')) bad = Refuse("--set wants key=value, not", value, "for example --set time.end='2 ms'");
     else o->set[o->n_set++] = value;
     if (bad) return bad;
   }
+  if (o->new_loads && !o->resume) return Refuse("no checkpoint is resumed, so nothing changes with", "--new-loads", "say --resume too");
   return 0;
 }
 

@@ -1,7 +1,5 @@
 /* run.c - `cleave run` and `cleave check`. */
 #include "app.h"
-#include "files.h"
-#include <ctype.h>
 #include <petsctime.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,72 +27,6 @@ PetscErrorCode AppOutputDirectory(const AppOptions *options, size_t size, char d
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A later end, more output or another title does not change how the state got here. */
-static PetscBool ChangesState(const char *line, char section[64])
-{
-  if (!isspace((unsigned char)line[0])) {
-    const size_t n = strcspn(line, ":\n");
-
-    memcpy(section, line, PetscMin(n, 63));
-    section[PetscMin(n, 63)] = 0;
-  }
-  if (!strcmp(section, "title") || !strcmp(section, "output")) return PETSC_FALSE;
-  line += strspn(line, " ");
-  if (!strcmp(section, "time") && (!strncmp(line, "end:", 4) || !strncmp(line, "stop_unbalanced:", 16))) return PETSC_FALSE;
-  return PETSC_TRUE;
-}
-
-/* The lines of resolved.yaml that a state depends on, without what stands behind '#'. Rank 0. */
-static PetscErrorCode StampLines(const char *file, char **stamp)
-{
-  char  *text, *line, *next, section[64] = "";
-  size_t n = 0;
-
-  PetscFunctionBegin;
-  PetscCall(FileReadText(file, &text, NULL));
-  for (line = text; *line; line = next) {
-    const size_t length = strcspn(line, "\n");
-    char        *comment;
-
-    next         = line + length + (line[length] == '\n');
-    line[length] = 0;
-    comment      = strstr(line, " #");
-    if (comment) *comment = 0;
-    if (line[0] == '#' || !ChangesState(line, section)) continue;
-    for (const char *c = line; *c; c++) text[n++] = *c;
-    text[n++] = '\n';
-  }
-  text[n] = 0;
-  *stamp  = text;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode AppStamp(AppCase *c, char **stamp)
-{
-  char        file[PETSC_MAX_PATH_LEN];
-  const char *directory = getenv("TMPDIR");
-  int         fd        = -1;
-  PetscInt    length    = 0;
-
-  PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(file, sizeof(file), "%s/cleave-XXXXXX", directory ? directory : "/tmp"));
-  if (!c->rank) {
-    fd = mkstemp(file);
-    PetscCheck(fd >= 0, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "Cannot make a temporary file %s; set TMPDIR", file);
-  }
-  PetscCall(SceneWriteResolved(c->scene, file));
-  if (!c->rank) {
-    PetscCall(StampLines(file, stamp));
-    close(fd);
-    unlink(file);
-    length = (PetscInt)strlen(*stamp);
-  }
-  PetscCallMPI(MPI_Bcast(&length, 1, MPIU_INT, 0, c->comm));
-  if (c->rank) PetscCall(PetscMalloc1(length + 1, stamp));
-  PetscCallMPI(MPI_Bcast(*stamp, (int)length + 1, MPI_CHAR, 0, c->comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode GetRunOptions(AppCase *c, const AppOptions *options, const AppPlan *plan, RunOptions *run)
 {
   PetscReal given = 0;
@@ -114,6 +46,8 @@ static PetscErrorCode GetRunOptions(AppCase *c, const AppOptions *options, const
   PetscCall(SceneGetReal(c->scene, "output.fields.every", &run->frame_every));
   PetscCall(SceneGetReal(c->scene, "output.checkpoint.every", &run->checkpoint_every));
   run->max_steps = options->stop_after;
+  run->stop_at   = options->stop_at;
+  run->new_loads = options->new_loads;
   run->resume    = options->resume;
   run->quiet     = options->quiet;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -249,6 +183,23 @@ static PetscErrorCode RunModes(AppCase *c, const AppOptions *options, const AppP
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+typedef struct {
+  AppCase          *c;
+  const AppOptions *options;
+  const char       *directory;
+} AppGoesOn;
+
+/* The checkpoint is this scene's and the run goes on: say what it does otherwise from here on, and keep it. */
+static PetscErrorCode GoesOn(void *ctx, const char *changes)
+{
+  const AppGoesOn *on = ctx;
+
+  PetscFunctionBegin;
+  if (!on->options->quiet && !on->c->rank && changes[0]) printf("%s", changes);
+  PetscCall(AppResolvedWrite(on->c, on->directory, changes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static const char *EndWord(const AppOptions *options, const RunSummary *run, int *exit_code)
 {
   *exit_code = 0;
@@ -303,7 +254,8 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   Output         output;
   PetscInt       threads;
   PetscErrorCode code;
-  char           directory[PETSC_MAX_PATH_LEN], path[PETSC_MAX_PATH_LEN], *stamp;
+  char           directory[PETSC_MAX_PATH_LEN], path[PETSC_MAX_PATH_LEN], *stamp, *scene;
+  AppGoesOn      on = {.c = &c, .options = options, .directory = directory};
 
   PetscFunctionBegin;
   PetscCall(AppCaseRead(PETSC_COMM_WORLD, options, &c));
@@ -316,11 +268,14 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
     PetscCall(AppCaseDestroy(&c));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AppStamp(&c, &stamp));
+  PetscCall(AppStamp(&c, &stamp, &scene));
   PetscCall(GetRunOptions(&c, options, &plan, &run_options));
   if (!options->quiet) PetscCall(AppPlanPrint(&c, &plan, stdout));
   if (!c.is_static && run_options.step == 0) PetscCall(SceneSetDerived(c.scene, "time.step", plan.dt, plan.sets));
-  run_options.stamp = stamp;
+  run_options.stamp      = stamp;
+  run_options.scene      = scene;
+  run_options.goes_on    = GoesOn;
+  run_options.goes_on_to = &on;
 
   /* Nothing was written so far; a resume that turns out to be another scene's leaves what is there. */
   PetscCall(AppOutputDirectory(options, sizeof(directory), directory));
@@ -328,9 +283,8 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   BaseCheckInput(!options->resume || !access(path, R_OK), c.comm, "There is no checkpoint '%s' to resume from; run without --resume, or name the directory with --output", path);
   PetscCall(OutputCreate(c.comm, directory, options->resume, &output));
   PetscCall(SetFieldNames(&c, output));
-  PetscCall(BaseFormat(path, "%s/resolved.yaml", directory));
   if (!options->resume) {
-    PetscCall(SceneWriteResolved(c.scene, path));
+    PetscCall(AppResolvedWrite(&c, directory, NULL));
     PetscCall(AppSummaryWrite(&c, &plan, NULL, &end, directory));
   }
   BaseErrorClear();
@@ -345,7 +299,6 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
     end.exit_code = 1;
     PetscCall(PetscStrncpy(end.message, BaseErrorMessage(), sizeof(end.message)));
   } else end.state = EndWord(options, &run, &end.exit_code);
-  if (options->resume) PetscCall(SceneWriteResolved(c.scene, path));
   PetscCall(AppSidesNow(&c));
   PetscCall(AppCracksWrite(&c, directory));
   if (!code) PetscCall(WarnTurn(&c, &end));
@@ -357,6 +310,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   if (!options->quiet && !c.rank) printf("%s: results in %s\n", end.state, directory);
   *exit_code = end.exit_code;
   PetscCall(PetscFree(stamp));
+  PetscCall(PetscFree(scene));
   PetscCall(RunSummaryDestroy(&run));
   PetscCall(AppCaseDestroy(&c));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -12,7 +12,7 @@ PetscErrorCode AppSwitchesWrite(AppCase *c, const char *directory, AppEnd *end)
   if (c->rank || !c->turning) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CouplingSwitchGetReport(c->turning, &r));
   PetscCall(BaseFormat(path, "%s/switches.csv", directory));
-  PetscCall(FileOpen(path, "w", &out));
+  PetscCall(FileCreate(path, &out));
   fprintf(out, "time[s],elements,particles,criterion[-],asked_by,above_strength");
   for (int k = 0; k < LEDGER_TERMS; k++) fprintf(out, ",%s_before[J],%s_after[J]", LedgerNames[k], LedgerNames[k]);
   fprintf(out, ",booked[J],wall[s]\n");
@@ -23,7 +23,7 @@ PetscErrorCode AppSwitchesWrite(AppCase *c, const char *directory, AppEnd *end)
     for (int k = 0; k < LEDGER_TERMS; k++) fprintf(out, ",%.9g,%.9g", (double)e->before[k], (double)e->after[k]);
     fprintf(out, ",%.9g,%.3g\n", (double)e->booked, (double)e->seconds);
   }
-  PetscCall(FileClose(&out, path));
+  PetscCall(FileFinish(&out, path));
   if (r.blocked >= 0 && end->n_warnings < 8)
     PetscCall(PetscSNPrintf(end->warning[end->n_warnings++], sizeof(end->warning[0]),
                             "element %d of the geometry reached the threshold at %.6g s and may not turn into particles: it is outside coupling.switch.group, too near to a support, load or history group of the elements, or the last that keeps the overlap from the body's end; the crack cannot grow there",

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#define CHECKPOINT_LAYOUT 1
+#define CHECKPOINT_LAYOUT 2
 
 struct _p_Checkpoint {
   MPI_Comm    comm;

@@ -47,20 +47,22 @@ PetscErrorCode FileClose(FILE **file, const char *path)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* fsync of a file, or of a directory so that a rename in it lasts. Systems that cannot sync a directory refuse harmlessly. */
-static void Sync(const char *path)
+PetscErrorCode FileSync(const char *path)
 {
-  const int fd = open(path, O_RDONLY);
+  const int fd     = open(path, O_RDONLY);
+  int       failed = fd < 0 ? errno : 0;
 
-  if (fd < 0) return;
-  fsync(fd);
-  close(fd);
+  PetscFunctionBegin;
+  if (!failed && fsync(fd) && errno != EINVAL && errno != EROFS && errno != ENOTSUP) failed = errno; /* some file systems cannot sync a directory */
+  if (fd >= 0) close(fd);
+  PetscCheck(!failed, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "'%s' cannot be brought to the disk: %s", path, strerror(failed));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode FileCommit(const char *part, const char *path, PetscBool durable)
 {
   PetscFunctionBegin;
-  if (durable) Sync(part);
+  if (durable) PetscCall(FileSync(part));
   PetscCheck(!rename(part, path), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "Cannot rename '%s' to '%s': %s", part, path, strerror(errno));
   if (durable) {
     char  folder[BASE_LINE];
@@ -69,8 +71,29 @@ PetscErrorCode FileCommit(const char *part, const char *path, PetscBool durable)
     BaseFormat(folder, "%s", path);
     slash = strrchr(folder, '/');
     if (slash) slash[slash == folder] = 0;
-    Sync(slash ? folder : ".");
+    PetscCall(FileSync(slash ? folder : "."));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FileCreate(const char *path, FILE **file)
+{
+  char part[BASE_LINE];
+
+  PetscFunctionBegin;
+  PetscCall(BaseFormat(part, "%s.part", path));
+  PetscCall(FileOpen(part, "w", file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FileFinish(FILE **file, const char *path)
+{
+  char part[BASE_LINE];
+
+  PetscFunctionBegin;
+  PetscCall(BaseFormat(part, "%s.part", path));
+  PetscCall(FileClose(file, part));
+  PetscCall(FileCommit(part, path, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

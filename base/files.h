@@ -6,6 +6,9 @@ PetscErrorCode FileMakeDirectory(const char *path);        /* parents too; PETSC
 PetscErrorCode FileOpen(const char *path, const char *mode, FILE **file); /* fopen with words on failure */
 PetscErrorCode FileClose(FILE **file, const char *path);    /* fails if any write failed (disk full); NULL afterwards */
 PetscErrorCode FileCommit(const char *part, const char *path, PetscBool durable); /* rename; durable also survives a power cut */
+PetscErrorCode FileSync(const char *path);                                        /* fsync of a file or a directory */
+PetscErrorCode FileCreate(const char *path, FILE **file);                         /* PATH.part for writing ... */
+PetscErrorCode FileFinish(FILE **file, const char *path);                         /* ... closed, checked and renamed */
 PetscErrorCode FileReadText(const char *path, char **text, size_t *length);       /* whole file, zero at its end; PetscFree() it */
 
 /* All ranks learn whether the writing rank (0) failed, so that they stop together. `what` names the deed for the other ranks. */

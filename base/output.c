@@ -131,7 +131,7 @@ static PetscErrorCode RemoveIndices(Output output)
 /* Indices first, so that what they name is there as long as they are. */
 static PetscErrorCode RemoveEarlierRun(Output output)
 {
-  static const char *const files[] = {"fields.h5", "history.csv", "checkpoint.h5", "checkpoint.h5.part", "summary.json", "cracks.csv", "fields.h5.part", "history.csv.part", "summary.json.part"};
+  static const char *const files[] = {"fields.h5", "history.csv", "checkpoint.h5", "checkpoint.h5.part", "summary.json", "cracks.csv", "fields.h5.part", "history.csv.part", "summary.json.part", "fragments.csv", "switches.csv"};
   char                     path[BASE_LINE];
 
   PetscFunctionBegin;
@@ -139,6 +139,10 @@ static PetscErrorCode RemoveEarlierRun(Output output)
   for (size_t k = 0; k < sizeof(files) / sizeof(files[0]); k++) {
     PetscCall(OutputPath(output, path, "%s", files[k]));
     unlink(path);
+  }
+  for (PetscInt k = 1;; k++) {
+    PetscCall(OutputPath(output, path, "history-%" PetscInt_FMT ".csv", k));
+    if (unlink(path)) break;
   }
   PetscCall(RemoveStrays(output, "fields", ".h5"));
   PetscCall(RemoveStrays(output, "vtu", ".vtu"));

@@ -22,6 +22,20 @@ static size_t AppendColumn(char *line, size_t room, const char *name, const char
   return n;
 }
 
+/* A history of other columns stays, as history-1.csv (-2, ...); this run's goes on in a file of its own. */
+static PetscErrorCode SetAside(Output output, const char *path)
+{
+  char other[BASE_LINE];
+
+  PetscFunctionBegin;
+  for (PetscInt k = 1;; k++) {
+    PetscCall(OutputPath(output, other, "history-%" PetscInt_FMT ".csv", k));
+    if (access(other, F_OK)) break;
+  }
+  PetscCall(FileCommit(path, other, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode OpenHistory(Output output, const char *header)
 {
   char   path[BASE_LINE];
@@ -37,7 +51,7 @@ static PetscErrorCode OpenHistory(Output output, const char *header)
     empty = (PetscBool)(text[0] == 0);
     same  = (PetscBool)(!strncmp(text, header, n) && text[n] == '\n');
     PetscCall(PetscFree(text));
-    BaseCheckInput(same || empty, PETSC_COMM_SELF, "'%s' has other columns than this run; ask for the same history as before, or start afresh", path);
+    if (!same && !empty) PetscCall(SetAside(output, path));
     PetscCall(FileOpen(path, "a", &output->history));
     if (same) PetscFunctionReturn(PETSC_SUCCESS);
   } else PetscCall(FileOpen(path, "w", &output->history));

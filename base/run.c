@@ -11,6 +11,7 @@
 */
 #include "run.h"
 #include "progress.h"
+#include "run_changes.h"
 #include <petsctime.h>
 #include <signal.h>
 #include <string.h>
@@ -35,6 +36,7 @@ typedef struct {
   PetscReal         unbalanced;       /* latest; -1 when the model has none */
   PetscInt          checkpoint_step;  /* of the last good one, -1 before any */
   char              checkpoint[BASE_LINE];
+  char             *columns, *changes; /* names of the history's columns, each with its newline; what a resumed run does otherwise */
   PetscLogDouble    checkpoint_clock;
   PetscInt          poll_every, next_poll;
   PetscReal        *row; /* [2 + n_history + LEDGER_TERMS + 1] */
@@ -149,6 +151,19 @@ static PetscErrorCode WriteHeader(Run *run)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode NameColumns(Run *run)
+{
+  const Stepper *s    = run->stepper;
+  size_t         size = 1, used = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < s->n_history; i++) size += strlen(s->history_name[i]) + 1;
+  PetscCall(PetscMalloc1(size, &run->columns));
+  run->columns[0] = 0;
+  for (PetscInt i = 0; i < s->n_history; i++) used += (size_t)snprintf(run->columns + used, size - used, "%s\n", s->history_name[i]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode WriteRow(Run *run)
 {
   const PetscInt n   = run->stepper->n_history;
@@ -249,6 +264,9 @@ static PetscErrorCode SaveAll(Run *run, Checkpoint c)
 
   PetscFunctionBegin;
   PetscCall(CheckpointWriteString(c, "run/stamp", run->options->stamp ? run->options->stamp : ""));
+  PetscCall(CheckpointWriteString(c, "run/scene", run->options->scene ? run->options->scene : ""));
+  PetscCall(CheckpointWriteString(c, "run/changes", run->changes ? run->changes : ""));
+  PetscCall(CheckpointWriteString(c, "run/columns", run->columns));
   PetscCall(CheckpointWriteString(c, "run/model", run->stepper->name));
   PetscCall(CheckpointWriteInt(c, "run/step", 1, &run->n));
   PetscCall(CheckpointWriteReal(c, "run/time", 1, &s->time));
@@ -281,18 +299,53 @@ static PetscErrorCode Save(Run *run)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Says where two texts part: the first line that differs. */
-static PetscErrorCode CheckStamp(Run *run, const char *saved)
+/* Highest and lowest so far, by the names of the columns: a resumed run may ask for others. */
+static PetscErrorCode LoadExtremes(Run *run, Checkpoint c)
 {
-  const char *now = run->options->stamp ? run->options->stamp : "";
-  size_t      k = 0, line = 0;
+  const Stepper *st = run->stepper;
+  PetscReal     *low, *high;
+  char          *names;
+  PetscInt       n = 0;
 
   PetscFunctionBegin;
-  if (!strcmp(saved, now)) PetscFunctionReturn(PETSC_SUCCESS);
-  for (; saved[k] && saved[k] == now[k]; k++)
-    if (saved[k] == '\n') line = k + 1;
-  SETERRQ(run->comm, PETSC_ERR_USER_INPUT, "The checkpoint '%s' belongs to another scene: it has '%.*s' where this one has '%.*s'; run without resuming, or in another directory",
-          run->checkpoint, (int)PetscMin(strcspn(saved + line, "\n"), 200), saved + line, (int)PetscMin(strcspn(now + line, "\n"), 200), now + line);
+  PetscCall(CheckpointReadText(c, "run/columns", &names));
+  for (const char *s = names; *s; s++) n += *s == '\n';
+  PetscCall(PetscMalloc2(n, &low, n, &high));
+  PetscCall(CheckpointReadReal(c, "run/lowest", n, low));
+  PetscCall(CheckpointReadReal(c, "run/highest", n, high));
+  for (PetscInt i = 0; i < st->n_history; i++) {
+    const size_t length = strlen(st->history_name[i]);
+    const char  *s      = names;
+
+    for (PetscInt k = 0; k < n; k++, s += strcspn(s, "\n") + 1) {
+      if (strcspn(s, "\n") != length || strncmp(s, st->history_name[i], length)) continue;
+      run->sum->lowest[i]  = low[k];
+      run->sum->highest[i] = high[k];
+    }
+  }
+  PetscCall(PetscFree2(low, high));
+  PetscCall(PetscFree(names));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What this run does otherwise than the one that wrote the checkpoint, below what was changed before. */
+static PetscErrorCode ListChanges(Run *run, Checkpoint c)
+{
+  char  *earlier, *saved, *list;
+  size_t size;
+
+  PetscFunctionBegin;
+  PetscCall(CheckpointReadText(c, "run/changes", &earlier));
+  PetscCall(CheckpointReadText(c, "run/scene", &saved));
+  PetscCall(RunChangesList(saved, run->options->scene ? run->options->scene : "", &list));
+  size = strlen(earlier) + strlen(list) + 128;
+  PetscCall(PetscMalloc1(size, &run->changes));
+  snprintf(run->changes, size, "%s", earlier);
+  if (list[0]) snprintf(run->changes + strlen(earlier), size - strlen(earlier), "changed from step %lld, t = %.9g s on:\n%s", (long long)run->n, (double)(run->n * run->sum->dt), list);
+  PetscCall(PetscFree(earlier));
+  PetscCall(PetscFree(saved));
+  PetscCall(PetscFree(list));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode LoadAll(Run *run, Checkpoint c)
@@ -303,15 +356,14 @@ static PetscErrorCode LoadAll(Run *run, Checkpoint c)
 
   PetscFunctionBegin;
   PetscCall(CheckpointReadText(c, "run/stamp", &text));
-  PetscCall(CheckStamp(run, text));
+  PetscCall(RunStampCheck(run->comm, run->checkpoint, text, run->options->stamp ? run->options->stamp : "", run->options->new_loads));
   PetscCall(PetscFree(text));
   PetscCall(CheckpointReadText(c, "run/model", &text));
   BaseCheckInput(!strcmp(text, run->stepper->name), run->comm, "The checkpoint '%s' holds a %s model, this run is a %s one", run->checkpoint, text, run->stepper->name);
   PetscCall(PetscFree(text));
   PetscCall(CheckpointReadInt(c, "run/step", 1, &run->n));
   PetscCall(CheckpointReadReal(c, "run/kept", 5, kept));
-  PetscCall(CheckpointReadReal(c, "run/lowest", s->n_history, s->lowest));
-  PetscCall(CheckpointReadReal(c, "run/highest", s->n_history, s->highest));
+  PetscCall(LoadExtremes(run, c));
   PetscCall(run->stepper->load(run->stepper->ctx, c));
   s->dt                 = kept[0];
   s->stable_dt          = kept[1];
@@ -321,6 +373,7 @@ static PetscErrorCode LoadAll(Run *run, Checkpoint c)
   BaseCheckInput(run->n >= 0 && s->dt > 0, run->comm, "The checkpoint '%s' is damaged: step %" PetscInt_FMT ", time step %.6g s", run->checkpoint, run->n, (double)s->dt);
   BaseCheckInput(!(run->options->step > 0) || PetscAbsReal(run->options->step - s->dt) <= 1e-12 * s->dt, run->comm,
                  "The checkpoint '%s' was made with a step of %.6g s, not %.6g s; the step stays the same from start to end", run->checkpoint, (double)s->dt, (double)run->options->step);
+  PetscCall(ListChanges(run, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -367,6 +420,7 @@ static PetscErrorCode Poll(Run *run, PetscInt here, PetscBool asked[POLL_ITEMS])
   mine[POLL_STOP] = stop_asked != 0;
   if (run->rank == 0) {
     PetscCall(PetscTime(&now));
+    if (run->options->stop_at > 0 && now >= run->options->stop_at) mine[POLL_STOP] = 1;
     mine[POLL_PROGRESS]   = ProgressDue(&run->progress, now);
     mine[POLL_CHECKPOINT] = run->options->checkpoint_every <= 0 && now - run->checkpoint_clock >= clock;
     mine[POLL_EVERY]      = (int)PetscMin(1000., 1. + POLL_SECONDS * here / PetscMax(now - run->progress.started, 1e-9));
@@ -472,6 +526,7 @@ static PetscErrorCode Start(Run *run)
   if (run->options->resume) {
     PetscCall(Load(run));
     PetscCall(DropLater(run));
+    if (run->options->goes_on) PetscCall(run->options->goes_on(run->options->goes_on_to, run->changes));
   } else PetscCall(ChooseStep(run));
   PetscCall(CountSteps(run));
   run->sum->steps = run->n;
@@ -501,6 +556,7 @@ PetscErrorCode RunLoop(MPI_Comm comm, const Stepper *stepper, const RunOptions *
     summary->highest[i] = PETSC_MIN_REAL;
   }
   PetscCall(PetscMalloc1(3 + stepper->n_history + LEDGER_TERMS, &run.row));
+  PetscCall(NameColumns(&run));
   WatchSignals(old);
   code = Start(&run);
   PetscCall(PetscTime(&start));
@@ -513,6 +569,8 @@ PetscErrorCode RunLoop(MPI_Comm comm, const Stepper *stepper, const RunOptions *
   UnwatchSignals(old);
   summary->seconds_step = (end - start) - summary->seconds_output - summary->seconds_checkpoint;
   PetscCall(PetscFree(run.row));
+  PetscCall(PetscFree(run.columns));
+  PetscCall(PetscFree(run.changes));
   PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -38,9 +38,14 @@ typedef struct {
   PetscReal   ledger_bound;     /* stop with exit 1 above this ledger error; default 0.05 */
   PetscReal   unbalanced_stop;  /* stop when the ratio falls below; 0 = never */
   PetscInt    max_steps;        /* stop as if interrupted, with a checkpoint, after so many steps of this call; 0 = none */
+  PetscLogDouble stop_at;       /* stop as if interrupted when PetscTime() reaches this; 0 = never */
   PetscBool   resume;
+  PetscBool   new_loads;        /* resume: lines of the stamp that begin with '~' may differ */
   PetscBool   quiet;
   const char *stamp;            /* text that tells one scene from another; a checkpoint with another is refused */
+  const char *scene;            /* lines "path: value": what a resumed run does otherwise is listed; NULL = nothing to list */
+  PetscErrorCode (*goes_on)(void *ctx, const char *changes); /* resume: called once the checkpoint is loaded, with all changes since the first start, "" when there are none; may be NULL */
+  void       *goes_on_to;       /* its ctx */
 } RunOptions;
 
 typedef enum { RUN_DONE, RUN_INTERRUPTED, RUN_QUIET_STATE } RunEnd;

@@ -93,25 +93,25 @@ static PetscErrorCode Unbalanced(void *ctx, PetscReal *ratio)
 
 /* ---- checkpoints: which cells have turned, then the sides as ever -------------------------------------------------- */
 
-enum { EVENT_NUMBERS = 8 + 2 * LEDGER_TERMS };
+enum { EVENT_NUMBERS = 7 + 2 * LEDGER_TERMS }; /* the wall time of an event is kept beside: it is no result */
 
 static void Pack(const CouplingEvent *event, PetscReal number[EVENT_NUMBERS])
 {
-  const PetscReal head[8] = {event->time, (PetscReal)event->cells, (PetscReal)event->particles, event->booked, event->highest, (PetscReal)event->above, (PetscReal)event->by_bond, event->seconds};
+  const PetscReal head[7] = {event->time, (PetscReal)event->cells, (PetscReal)event->particles, event->booked, event->highest, (PetscReal)event->above, (PetscReal)event->by_bond};
 
-  for (PetscInt k = 0; k < 8; k++) number[k] = head[k];
+  for (PetscInt k = 0; k < 7; k++) number[k] = head[k];
   for (PetscInt k = 0; k < LEDGER_TERMS; k++) {
-    number[8 + k]                = event->before[k];
-    number[8 + LEDGER_TERMS + k] = event->after[k];
+    number[7 + k]                = event->before[k];
+    number[7 + LEDGER_TERMS + k] = event->after[k];
   }
 }
 
 static void Unpack(const PetscReal number[EVENT_NUMBERS], CouplingEvent *event)
 {
-  *event = (CouplingEvent){.time = number[0], .cells = (PetscInt)number[1], .particles = (PetscInt)number[2], .booked = number[3], .highest = number[4], .above = (PetscInt)number[5], .by_bond = (PetscInt)number[6], .seconds = number[7]};
+  *event = (CouplingEvent){.time = number[0], .cells = (PetscInt)number[1], .particles = (PetscInt)number[2], .booked = number[3], .highest = number[4], .above = (PetscInt)number[5], .by_bond = (PetscInt)number[6]};
   for (PetscInt k = 0; k < LEDGER_TERMS; k++) {
-    event->before[k] = number[8 + k];
-    event->after[k]  = number[8 + LEDGER_TERMS + k];
+    event->before[k] = number[7 + k];
+    event->after[k]  = number[7 + LEDGER_TERMS + k];
   }
 }
 
@@ -121,17 +121,19 @@ static PetscErrorCode Save(void *ctx, Checkpoint c)
   const PetscInt  n = sw->whole->n_cells, count[3] = {sw->n_events, sw->n_turned, sw->blocked};
   const PetscReal scalar[3] = {sw->dt, sw->booked, sw->blocked_time};
   PetscInt       *flag;
-  PetscReal      *number;
+  PetscReal      *number, *seconds;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc2(n, &flag, sw->n_events * EVENT_NUMBERS, &number));
+  PetscCall(PetscMalloc3(n, &flag, sw->n_events * EVENT_NUMBERS, &number, sw->n_events, &seconds));
+  for (PetscInt k = 0; k < sw->n_events; k++) seconds[k] = sw->event[k].seconds;
   for (PetscInt k = 0; k < n; k++) flag[k] = (sw->is_dem[k] ? 1 : 0) + (sw->may[k] ? 2 : 0);
   for (PetscInt k = 0; k < sw->n_events; k++) Pack(&sw->event[k], number + k * EVENT_NUMBERS);
   PetscCall(CheckpointWriteInt(c, "switch/count", 3, count));
   PetscCall(CheckpointWriteReal(c, "switch/scalars", 3, scalar));
   PetscCall(CheckpointWriteInt(c, "switch/cells", n, flag));
   if (sw->n_events) PetscCall(CheckpointWriteReal(c, "switch/events", sw->n_events * EVENT_NUMBERS, number));
-  PetscCall(PetscFree2(flag, number));
+  PetscCall(CheckpointWriteReal(c, "switch/seconds", sw->n_events, seconds));
+  PetscCall(PetscFree3(flag, number, seconds));
   PetscCall(sw->now->stepper.save(sw->now->model, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -141,13 +143,15 @@ static PetscErrorCode Load(void *ctx, Checkpoint c)
   CouplingSwitch sw = ctx;
   const PetscInt n = sw->whole->n_cells;
   PetscInt       count[3], *flag;
-  PetscReal      scalar[3], *number;
+  PetscReal      scalar[3], *number, *seconds;
 
   PetscFunctionBegin;
   PetscCall(CheckpointReadInt(c, "switch/count", 3, count));
   PetscCall(CheckpointReadReal(c, "switch/scalars", 3, scalar));
-  PetscCall(PetscMalloc2(n, &flag, count[0] * EVENT_NUMBERS, &number));
+  BaseCheckInput(count[0] >= 0 && count[0] <= n, sw->comm, "The checkpoint is damaged: %" PetscInt_FMT " events on %" PetscInt_FMT " elements", count[0], n);
+  PetscCall(PetscMalloc3(n, &flag, count[0] * EVENT_NUMBERS, &number, count[0], &seconds));
   PetscCall(CheckpointReadInt(c, "switch/cells", n, flag));
+  PetscCall(CheckpointReadReal(c, "switch/seconds", count[0], seconds));
   if (count[0]) PetscCall(CheckpointReadReal(c, "switch/events", count[0] * EVENT_NUMBERS, number));
   if (scalar[0] > 0) PetscCall(SetStep(sw, scalar[0]));
   for (PetscInt k = 0; k < n; k++) {
@@ -160,8 +164,11 @@ static PetscErrorCode Load(void *ctx, Checkpoint c)
   sw->booked       = scalar[1];
   sw->blocked_time = scalar[2];
   PetscCall(PetscRealloc((size_t)(sw->room + 1) * sizeof(*sw->event), &sw->event));
-  for (PetscInt k = 0; k < sw->n_events; k++) Unpack(number + k * EVENT_NUMBERS, &sw->event[k]);
-  PetscCall(PetscFree2(flag, number));
+  for (PetscInt k = 0; k < sw->n_events; k++) {
+    Unpack(number + k * EVENT_NUMBERS, &sw->event[k]);
+    sw->event[k].seconds = seconds[k];
+  }
+  PetscCall(PetscFree3(flag, number, seconds));
   if (sw->n_turned) { /* the split of then, from the same numbers as then */
     PetscCall(CouplingHalvesDestroy_Internal(&sw->now));
     PetscCall(CouplingBuild_Internal(sw, &sw->now));
