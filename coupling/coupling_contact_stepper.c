@@ -105,6 +105,7 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
   c->time = scalar[6];
   c->seen = -1; /* nobody was looked for where they are now */
   PetscCall(CheckpointReadInt(checkpoint, "contact/count", 1, &c->n));
+  BaseCheckInput(c->n >= 0 && c->n < 100000000, PETSC_COMM_SELF, "The checkpoint is damaged: %" PetscInt_FMT " contacts", c->n);
   if (c->n > c->room) {
     PetscCall(PetscFree(c->contact));
     PetscCall(PetscFree(c->next));
@@ -124,6 +125,16 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
   PetscCall(FemModelGetState(c->fem, &fs));
   PetscCall(CheckpointReadReal(checkpoint, "contact/node_force", fs.n_nodes * fs.dim, fs.f_ext));
   PetscCall(FemModelRestoreState(c->fem, &fs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Watch(void *ctx, PetscBool thorough, char fault[BASE_LINE])
+{
+  CouplingContact c = ctx;
+
+  PetscFunctionBegin;
+  PetscCall(c->fem_stepper.watch(c->fem, thorough, fault));
+  if (!fault[0]) PetscCall(c->dem_stepper.watch(c->dem, thorough, fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -153,7 +164,7 @@ PetscErrorCode CouplingContactGetStepper(CouplingContact c, Stepper *stepper)
       c->history_unit[k] = own >= 0 ? "N" : k < f->n_history ? f->history_unit[k] : d->history_unit[k - f->n_history];
     }
   }
-  *stepper = (Stepper){.name = "contact", .ctx = c, .stable_step = StableStep, .step = Step, .energy = Energy, .history = History, .write = Write, .save = Save, .load = Load,
+  *stepper = (Stepper){.name = "contact", .ctx = c, .stable_step = StableStep, .step = Step, .energy = Energy, .watch = Watch, .history = History, .write = Write, .save = Save, .load = Load,
                        .unbalanced = d->unbalanced ? Unbalanced : NULL, .n_history = c->n_history, .history_name = c->history_name, .history_unit = c->history_unit, .elements = f->elements + d->elements};
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -131,6 +131,17 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The elements' side first. */
+static PetscErrorCode Watch(void *ctx, PetscBool thorough, char fault[BASE_LINE])
+{
+  CouplingModel model = ctx;
+
+  PetscFunctionBegin;
+  PetscCall(model->fem_stepper.watch(model->fem, thorough, fault));
+  if (!fault[0]) PetscCall(model->dem_stepper.watch(model->dem, thorough, fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Unbalanced(void *ctx, PetscReal *ratio)
 {
   CouplingModel model = ctx;
@@ -164,7 +175,7 @@ PetscErrorCode CouplingModelGetStepper(CouplingModel model, Stepper *stepper)
       model->history_unit[k] = k < f->n_history ? f->history_unit[k] : d->history_unit[k - f->n_history];
     }
   }
-  *stepper = (Stepper){.name = "coupled", .ctx = model, .stable_step = StableStep, .step = Step, .energy = Energy, .history = History, .write = Write, .save = Save, .load = Load,
+  *stepper = (Stepper){.name = "coupled", .ctx = model, .stable_step = StableStep, .step = Step, .energy = Energy, .watch = Watch, .history = History, .write = Write, .save = Save, .load = Load,
                        .unbalanced = d->unbalanced ? Unbalanced : NULL, .n_history = model->n_history, .history_name = model->history_name, .history_unit = model->history_unit,
                        .elements = f->elements + d->elements};
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -84,6 +84,13 @@ static PetscErrorCode Write(void *ctx, Output output)
   return sw->now->stepper.write(sw->now->model, output);
 }
 
+static PetscErrorCode Watch(void *ctx, PetscBool thorough, char fault[BASE_LINE])
+{
+  CouplingSwitch sw = ctx;
+
+  return sw->now->stepper.watch(sw->now->model, thorough, fault);
+}
+
 static PetscErrorCode Unbalanced(void *ctx, PetscReal *ratio)
 {
   CouplingSwitch sw = ctx;
@@ -195,7 +202,7 @@ PetscErrorCode CouplingSwitchGetStepper(CouplingSwitch sw, Stepper *stepper)
     }
     sw->n_columns = n + COLUMNS;
   }
-  *stepper = (Stepper){.name = "coupled", .ctx = sw, .stable_step = StableStep, .step = Step, .energy = Energy, .history = History, .write = Write, .save = Save, .load = Load,
+  *stepper = (Stepper){.name = "coupled", .ctx = sw, .stable_step = StableStep, .step = Step, .energy = Energy, .watch = Watch, .history = History, .write = Write, .save = Save, .load = Load,
                        .unbalanced = s->unbalanced ? Unbalanced : NULL, .n_history = n + COLUMNS, .history_name = sw->history_name, .history_unit = sw->history_unit, .elements = s->elements};
   PetscFunctionReturn(PETSC_SUCCESS);
 }

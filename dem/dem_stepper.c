@@ -431,7 +431,7 @@ PetscErrorCode DemModelGetStepper(DemModel model, Stepper *stepper)
     }
   }
   PetscCall(PetscMemzero(stepper, sizeof(*stepper)));
-  *stepper = (Stepper){.name = "dem", .ctx = model, .stable_step = StepperStable, .step = DemStep_Internal, .energy = StepperEnergy, .history = StepperHistory, .write = StepperWrite,
+  *stepper = (Stepper){.name = "dem", .ctx = model, .stable_step = StepperStable, .step = DemStep_Internal, .energy = StepperEnergy, .watch = DemWatch_Internal, .history = StepperHistory, .write = StepperWrite,
                        .save = StepperSave, .load = StepperLoad, .unbalanced = model->bonds.n ? DemUnbalanced_Internal : NULL, .n_history = model->n_history, .history_name = model->history_name,
                        .history_unit = model->history_unit, .elements = model->bonds.n ? model->bonds.n : model->n};
   PetscFunctionReturn(PETSC_SUCCESS);

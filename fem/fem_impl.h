@@ -241,6 +241,7 @@ struct _p_FemModel {
   PetscReal  work, damping, work_in, initial; /* [J] all ranks */
   PetscBool  lent;
   FemPre     pre;
+  PetscReal  shortest; /* [m] edge of this rank's elements, 0 = not yet looked for */
   PetscReal  turn; /* [rad] largest turn of an element seen so far, at frames */
 
   /* static and implicit: one matrix and its solver */
@@ -317,6 +318,8 @@ void           FemAddPrestressAt(FemModel model, PetscInt cell, const PetscReal 
 void           FemCellPrestressMean(FemModel model, PetscInt cell, PetscReal s[6]);
 PetscReal      FemCellThicker(FemModel model, PetscInt cell); /* plane stress: what heat adds to the element's mean strain across the plane */
 PetscErrorCode FemPrestressDestroy(FemModel model);
+/* fem_watch.c */
+PetscErrorCode FemWatch(void *ctx, PetscBool thorough, char fault[BASE_LINE]); /* as Stepper.watch */
 /* fem_check.c */
 PetscErrorCode FemBalance(FemModel model, PetscReal value[6]);
 /* fem_corotate.c */

@@ -308,6 +308,7 @@ PetscErrorCode FemSetUpStepper(FemModel model)
                              .stable_step  = StepperStable,
                              .step         = StepperStep,
                              .energy       = StepperEnergy,
+                             .watch        = FemWatch,
                              .history      = StepperHistory,
                              .write        = StepperWrite,
                              .save         = StepperSave,
