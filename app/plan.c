@@ -172,6 +172,7 @@ PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
 PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan)
 {
   PetscReal      safety = 1, stable = 0, given = 0;
+  PetscBool      beyond;
   PetscInt       a = 0, b = 0, w = 0;
   PetscLogDouble bytes;
 
@@ -211,7 +212,8 @@ PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan)
     PetscCall(PetscSNPrintf(plan->sets, sizeof(plan->sets), "%g x %s", (double)safety,
                             c->method == APP_TOUCH ? "the bound from both bodies and their contacts" : stable == plan->critical ? "the critical step" : c->method == APP_COUPLED ? "the overlap's limit" : c->method == APP_FEM ? "the bound from the stiffest element" : "the bound from the stiffest particle"));
     plan->dt = safety * stable;
-    if (given > plan->critical)
+    PetscCall(SceneGetBool(c->scene, "time.beyond_critical", &beyond));
+    if (given > plan->critical && !beyond)
       PetscCall(SceneFail(c->scene, "time.step", "a step of %g s exceeds the critical step %.4g s, which the highest frequency of the %s sets (2/omega_max); use at most %.3g s, or auto", (double)given, (double)plan->critical,
                           c->method == APP_FEM ? "mesh" : c->method == APP_TOUCH ? "two bodies with their contacts" : "bonded particles", (double)(0.9 * plan->critical)));
   }

@@ -33,7 +33,7 @@ typedef struct {
   Progress          progress;
   PetscInt          n, last;          /* step, last step */
   PetscInt          watched;          /* step of the model's last look at itself, */
-  PetscBool         watched_well;     /* and whether it was a thorough one */
+  RunWatch          watched_well;     /* and how well it looked */
   PetscBool         resumed;          /* the state at n came from a checkpoint: its outputs are written */
   PetscReal         initial, work_in; /* kept for every ledger [J] */
   PetscReal         unbalanced;       /* latest; -1 when the model has none */
@@ -213,15 +213,15 @@ static void LastGood(const Run *run, char *text, size_t size)
 }
 
 /* The model's own look at its state. */
-static PetscErrorCode Watch(Run *run, PetscBool thorough)
+static PetscErrorCode Watch(Run *run, RunWatch look)
 {
   char fault[BASE_LINE] = "", good[BASE_LINE + 128];
 
   PetscFunctionBegin;
-  if (!run->stepper->watch || (run->watched == run->n && run->watched_well >= thorough)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!run->stepper->watch || (run->watched == run->n && run->watched_well >= look)) PetscFunctionReturn(PETSC_SUCCESS);
   run->watched      = run->n;
-  run->watched_well = thorough;
-  PetscCall(run->stepper->watch(run->stepper->ctx, thorough, fault));
+  run->watched_well = look;
+  PetscCall(run->stepper->watch(run->stepper->ctx, look, fault));
   LastGood(run, good, sizeof(good));
   PetscCheck(!fault[0], run->comm, PETSC_ERR_FP, "At step %" PetscInt_FMT ", t = %.6g s, %s (step of %.6g s, stable step %.6g s); %s", run->n, (double)run->sum->time, fault, (double)run->sum->dt, (double)run->sum->stable_dt, good);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -236,7 +236,7 @@ static PetscErrorCode CheckState(Run *run, PetscBool scheduled)
   const PetscReal  bound = run->options->ledger_bound > 0 ? run->options->ledger_bound : 0.05;
   PetscReal        given, stored, error;
   PetscInt         bad = -1;
-  char             good[BASE_LINE + 128];
+  char             good[BASE_LINE + 128], where[BASE_LINE] = "";
 
   PetscFunctionBegin;
   memset(&sum->ledger, 0, sizeof(sum->ledger));
@@ -255,7 +255,10 @@ static PetscErrorCode CheckState(Run *run, PetscBool scheduled)
   given  = sum->ledger.work_in + PetscAbsReal(run->initial) + 1e-12 * PetscAbsReal(sum->ledger.scale);
   stored = PetscMax(PetscAbsReal(e[LEDGER_KINETIC]), PetscAbsReal(e[LEDGER_STRAIN]));
   error  = LedgerError(&sum->ledger);
-  if (!(error <= bound && stored <= GROWTH_BOUND * given)) PetscCall(Watch(run, PETSC_TRUE)); /* says where, if it can */
+  if (!(error <= bound && stored <= GROWTH_BOUND * given)) { /* the model says where, if it can */
+    PetscCall(Watch(run, RUN_WATCH_ALL));
+    if (run->stepper->watch) PetscCall(run->stepper->watch(run->stepper->ctx, RUN_WATCH_FASTEST, where));
+  }
   for (PetscInt term = LEDGER_TERMS - 1; term >= 0; term--)
     if (PetscIsInfOrNanReal(e[term])) bad = term;
   PetscCheck(bad < 0, run->comm, PETSC_ERR_FP, "The %s energy is %.6g at step %" PetscInt_FMT ", t = %.6g s: the state is lost (step of %.6g s, stable step %.6g s); %s", LedgerNames[bad],
@@ -265,8 +268,8 @@ static PetscErrorCode CheckState(Run *run, PetscBool scheduled)
              (double)sum->time, good);
 
   PetscCheck(error <= bound && stored <= GROWTH_BOUND * given, run->comm, PETSC_ERR_NOT_CONVERGED,
-             "Energy balance lost at step %" PetscInt_FMT ", t = %.6g s: ledger error %.3g, bound %.6g; kinetic %.6g J, strain %.6g J, put in %.6g J (step of %.6g s, stable step %.6g s); %s", run->n,
-             (double)sum->time, (double)error, (double)bound, (double)e[LEDGER_KINETIC], (double)e[LEDGER_STRAIN], (double)given, (double)sum->dt, (double)sum->stable_dt, good);
+             "Energy balance lost at step %" PetscInt_FMT ", t = %.6g s: ledger error %.3g, bound %.6g; kinetic %.6g J, strain %.6g J, put in %.6g J%s%s (step of %.6g s, stable step %.6g s); %s", run->n,
+             (double)sum->time, (double)error, (double)bound, (double)e[LEDGER_KINETIC], (double)e[LEDGER_STRAIN], (double)given, where[0] ? "; " : "", where, (double)sum->dt, (double)sum->stable_dt, good);
   if (scheduled) {
     run->work_in            = sum->ledger.work_in;
     sum->worst_ledger_error = PetscMax(sum->worst_ledger_error, error);
@@ -476,9 +479,9 @@ static PetscErrorCode Deliver(Run *run, PetscBool *ends)
 
   PetscFunctionBegin;
   *ends = PETSC_FALSE;
-  if (run->n % WATCH_STEPS == 0) PetscCall(Watch(run, (PetscBool)(run->n % CHECK_STEPS == 0)));
+  if (run->n % WATCH_STEPS == 0) PetscCall(Watch(run, run->n % CHECK_STEPS ? RUN_WATCH_MOTION : RUN_WATCH_ALL));
   if (!row && !frame && !save && !last && run->n % CHECK_STEPS) PetscFunctionReturn(PETSC_SUCCESS);
-  if (save || last) PetscCall(Watch(run, PETSC_TRUE)); /* what is kept has been looked at */
+  if (save || last) PetscCall(Watch(run, RUN_WATCH_ALL)); /* what is kept has been looked at */
   PetscCall(CheckState(run, PETSC_TRUE));
   quiet = (PetscBool)(o->unbalanced_stop > 0 && run->n > 0 && run->unbalanced >= 0 && run->unbalanced < o->unbalanced_stop);
   *ends = (PetscBool)(last || quiet);

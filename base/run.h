@@ -9,6 +9,8 @@
 #include "ledger.h"
 #include "output.h"
 
+typedef enum { RUN_WATCH_MOTION, RUN_WATCH_ALL, RUN_WATCH_FASTEST } RunWatch; /* all: also what costs more than a look at the motion */
+
 /* Every function may be called on all ranks together. ctx is the model, borrowed. */
 typedef struct {
   const char *name; /* "fem", "dem", "coupled": heads the summary and the checkpoint's groups */
@@ -16,8 +18,8 @@ typedef struct {
   PetscErrorCode (*stable_step)(void *ctx, PetscReal *dt);               /* largest step the model allows [s]; PETSC_MAX_REAL when any will do */
   PetscErrorCode (*step)(void *ctx, PetscReal t, PetscReal dt);          /* advance the state from t to t + dt */
   PetscErrorCode (*energy)(void *ctx, Ledger *ledger);                   /* of the present state */
-  /* What is wrong with the state (what, which, where), "" when it is sound. thorough: also what costs more than a look at the motion. NULL: nothing to say. */
-  PetscErrorCode (*watch)(void *ctx, PetscBool thorough, char fault[BASE_LINE]);
+  /* What is wrong with the state (what, which, where), "" when it is sound; RUN_WATCH_FASTEST: which moves fastest and where. NULL: nothing to say. */
+  PetscErrorCode (*watch)(void *ctx, RunWatch look, char fault[BASE_LINE]);
   PetscErrorCode (*history)(void *ctx, PetscInt i, PetscReal *value);    /* i-th asked quantity; see n_history */
   PetscErrorCode (*write)(void *ctx, Output output);                     /* blocks of the present frame */
   PetscErrorCode (*save)(void *ctx, Checkpoint checkpoint);

@@ -128,13 +128,17 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Watch(void *ctx, PetscBool thorough, char fault[BASE_LINE])
+static PetscErrorCode Watch(void *ctx, RunWatch look, char fault[BASE_LINE])
 {
   CouplingContact c = ctx;
+  char            more[BASE_LINE] = "";
 
   PetscFunctionBegin;
-  PetscCall(c->fem_stepper.watch(c->fem, thorough, fault));
-  if (!fault[0]) PetscCall(c->dem_stepper.watch(c->dem, thorough, fault));
+  PetscCall(c->fem_stepper.watch(c->fem, look, fault));
+  if (fault[0] && look != RUN_WATCH_FASTEST) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(c->dem_stepper.watch(c->dem, look, more));
+  if (fault[0] && more[0]) PetscCall(PetscStrlcat(fault, ", ", BASE_LINE));
+  PetscCall(PetscStrlcat(fault, more, BASE_LINE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

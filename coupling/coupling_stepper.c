@@ -132,13 +132,17 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
 }
 
 /* The elements' side first. */
-static PetscErrorCode Watch(void *ctx, PetscBool thorough, char fault[BASE_LINE])
+static PetscErrorCode Watch(void *ctx, RunWatch look, char fault[BASE_LINE])
 {
   CouplingModel model = ctx;
+  char          more[BASE_LINE] = "";
 
   PetscFunctionBegin;
-  PetscCall(model->fem_stepper.watch(model->fem, thorough, fault));
-  if (!fault[0]) PetscCall(model->dem_stepper.watch(model->dem, thorough, fault));
+  PetscCall(model->fem_stepper.watch(model->fem, look, fault));
+  if (fault[0] && look != RUN_WATCH_FASTEST) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(model->dem_stepper.watch(model->dem, look, more));
+  if (fault[0] && more[0]) PetscCall(PetscStrlcat(fault, ", ", BASE_LINE));
+  PetscCall(PetscStrlcat(fault, more, BASE_LINE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

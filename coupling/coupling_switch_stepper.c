@@ -84,11 +84,11 @@ static PetscErrorCode Write(void *ctx, Output output)
   return sw->now->stepper.write(sw->now->model, output);
 }
 
-static PetscErrorCode Watch(void *ctx, PetscBool thorough, char fault[BASE_LINE])
+static PetscErrorCode Watch(void *ctx, RunWatch look, char fault[BASE_LINE])
 {
   CouplingSwitch sw = ctx;
 
-  return sw->now->stepper.watch(sw->now->model, thorough, fault);
+  return sw->now->stepper.watch(sw->now->model, look, fault);
 }
 
 static PetscErrorCode Unbalanced(void *ctx, PetscReal *ratio)

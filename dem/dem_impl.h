@@ -242,7 +242,7 @@ PetscReal DemBondsEnergy2_Internal(PetscInt wide, PetscInt first, PetscInt last,
 PetscReal DemBondsEnergy3_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal g_shear, const PetscReal *copy);
 
 /* dem_watch.c */
-PetscErrorCode DemWatch_Internal(void *ctx, PetscBool thorough, char fault[BASE_LINE]); /* as Stepper.watch */
+PetscErrorCode DemWatch_Internal(void *ctx, RunWatch look, char fault[BASE_LINE]); /* as Stepper.watch */
 
 /* dem_walls.c */
 void      DemFacesSetTime_Internal(DemModel model, PetscReal t);

@@ -319,7 +319,7 @@ void           FemCellPrestressMean(FemModel model, PetscInt cell, PetscReal s[6
 PetscReal      FemCellThicker(FemModel model, PetscInt cell); /* plane stress: what heat adds to the element's mean strain across the plane */
 PetscErrorCode FemPrestressDestroy(FemModel model);
 /* fem_watch.c */
-PetscErrorCode FemWatch(void *ctx, PetscBool thorough, char fault[BASE_LINE]); /* as Stepper.watch */
+PetscErrorCode FemWatch(void *ctx, RunWatch look, char fault[BASE_LINE]); /* as Stepper.watch */
 /* fem_check.c */
 PetscErrorCode FemBalance(FemModel model, PetscReal value[6]);
 /* fem_corotate.c */

@@ -1,4 +1,4 @@
-/* fem_watch.c - is the state one of a body?  Section 1.4 of docs/theory.md */
+/* fem_watch.c - is the state one of a body?  Eqs (1.7), (1.8) of docs/theory.md */
 #include "fem_impl.h"
 #include <string.h>
 
@@ -23,12 +23,12 @@ static PetscReal Shortest(FemModel model)
   return PetscSqrtReal(shortest);
 }
 
-/* Owned nodes: finite, and none that leaps over an element in one step. Eq. (1.6). Returns the first bad one, -1; runs: it is too fast. */
+/* Owned nodes: finite, and none that leaps over an element in one step. Eq. (1.7). Returns the first bad one, -1; runs: it is too fast. */
 static PetscInt BadNode(FemModel model, PetscReal limit, PetscBool *runs, PetscReal *speed)
 {
   const PetscInt dim = model->dim;
   PetscInt       bad = -1;
-  PetscReal      most = limit < PETSC_MAX_REAL ? limit * limit : PETSC_MAX_REAL;
+  PetscReal      most = limit < PETSC_MAX_REAL ? limit * limit : PETSC_MAX_REAL; /* 0: any speed is too fast */
 
   *runs = PETSC_FALSE;
   for (PetscInt i = 0; i < model->n_own; i++) {
@@ -69,7 +69,7 @@ static void MakeMiddle(const FemShape *shape, Middle *m)
   m->made = PETSC_TRUE;
 }
 
-/* Owned elements turned inside out: det of the Jacobian at the middle, by the corners' present places. Eq. (1.7). The first one, -1. */
+/* Owned elements turned inside out: det of the Jacobian at the middle, by the corners' present places. Eq. (1.8). The first one, -1. */
 static PetscInt InvertedCell(FemModel model, PetscReal at[3])
 {
   const PetscInt dim = model->dim;
@@ -99,7 +99,7 @@ static PetscInt InvertedCell(FemModel model, PetscReal at[3])
   return -1;
 }
 
-PetscErrorCode FemWatch(void *ctx, PetscBool thorough, char fault[BASE_LINE])
+PetscErrorCode FemWatch(void *ctx, RunWatch look, char fault[BASE_LINE])
 {
   FemModel        model  = ctx;
   const PetscBool moving = (PetscBool)(model->method == FEM_EXPLICIT && model->dt_last > 0);
@@ -111,14 +111,16 @@ PetscErrorCode FemWatch(void *ctx, PetscBool thorough, char fault[BASE_LINE])
   PetscFunctionBegin;
   fault[0] = 0;
   if (model->shortest == 0) model->shortest = Shortest(model);
-  bad = BadNode(model, moving ? model->shortest / model->dt_last : PETSC_MAX_REAL, &runs, &speed);
+  bad = BadNode(model, look == RUN_WATCH_FASTEST ? 0 : moving ? model->shortest / model->dt_last : PETSC_MAX_REAL, &runs, &speed);
   if (bad >= 0) {
     for (PetscInt d = 0; d < model->dim; d++) at[d] = model->x[bad * model->dim + d];
-    if (runs)
+    if (runs && look == RUN_WATCH_FASTEST)
+      PetscCall(PetscSNPrintf(fault, BASE_LINE, "the fastest node is %" PetscInt_FMT ", at (%.6g, %.6g, %.6g) m before it moved: %.6g m/s", model->gid[bad], (double)at[0], (double)at[1], (double)at[2], (double)speed));
+    else if (runs)
       PetscCall(PetscSNPrintf(fault, BASE_LINE, "node %" PetscInt_FMT ", at (%.6g, %.6g, %.6g) m before it moved, runs away: %.6g m/s crosses the shortest edge, %.6g m, in less than a step of %.6g s", model->gid[bad], (double)at[0],
                               (double)at[1], (double)at[2], (double)speed, (double)model->shortest, (double)model->dt_last));
     else PetscCall(PetscSNPrintf(fault, BASE_LINE, "node %" PetscInt_FMT ", at (%.6g, %.6g, %.6g) m before it moved, has a place or a velocity that is not finite", model->gid[bad], (double)at[0], (double)at[1], (double)at[2]));
-  } else if (thorough && model->method != FEM_STATIC && (cell = InvertedCell(model, at)) >= 0)
+  } else if (look == RUN_WATCH_ALL && model->method != FEM_STATIC && (cell = InvertedCell(model, at)) >= 0)
     PetscCall(PetscSNPrintf(fault, BASE_LINE, "element %" PetscInt_FMT ", now about (%.6g, %.6g, %.6g) m, is turned inside out", model->cell_gid[cell], (double)at[0], (double)at[1], (double)at[2]));
   mine = fault[0] ? model->rank : model->size;
   PetscCallMPI(MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, model->comm));

@@ -5,6 +5,7 @@ import sys
 import tempfile
 
 import restart
+import watch
 from common import Wrong
 from scenes import SCENES
 
@@ -18,7 +19,7 @@ def main():
             if what.startswith("restart-"):
                 restart.restart(CLEAVE, folder, what[8:], SCENES[what[8:]])
             else:
-                {"changed": restart.changed, "stopped": restart.stopped}[what](CLEAVE, folder, SCENES)
+                {"watch": lambda cleave, folder, _: watch.causes(cleave, folder), "changed": restart.changed, "stopped": restart.stopped}[what](CLEAVE, folder, SCENES)
             print(what, "passed", flush=True)
         except Wrong as wrong:
             print(what, "FAILED:", wrong, flush=True)
