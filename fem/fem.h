@@ -84,8 +84,7 @@ PetscErrorCode FemModelGetGroupMiddle(FemModel model, const char *group, PetscRe
    FemModelSetMesh(), before set-up; at [dim] [m]. Only the patches around the probes are recovered, and only when a row is written. */
 PetscErrorCode FemModelAddProbe(FemModel model, const char *name, const PetscReal at[3], PetscInt n, const char *const quantity[]);
 
-/* For a coupling, before set-up: share of each element's stiffness and mass, > 0, in the mesh's order of top-dimension cells. Elements
-   that share are plain ones, whatever FemModelSetElement says: the coupling's own energies see the nodes' motion only. */
+/* For a coupling, before set-up: share of each element's stiffness and mass, > 0, in the mesh's order of top-dimension cells. */
 PetscErrorCode FemModelSetCellWeights(FemModel model, const PetscReal weight[]);
 /* mass [kg] each node has beyond its elements' (less where negative), in the mesh's order; one rank. */
 PetscErrorCode FemModelSetExtraMass(FemModel model, const PetscReal mass[]);

@@ -142,8 +142,7 @@ void FemCellGather(FemModel model, PetscInt cell, const PetscReal *u, PetscReal 
 
 PetscBool FemCellEnhanced(FemModel model, PetscInt cell)
 {
-  if (model->element != FEM_ENHANCED || !FemModesHas(FemShapeGet((MeshCellType)model->cell_type[cell]))) return PETSC_FALSE;
-  return !model->cell_weight || model->cell_weight[model->cell_gid[cell]] == 1 ? PETSC_TRUE : PETSC_FALSE;
+  return (PetscBool)(model->element == FEM_ENHANCED && FemModesHas(FemShapeGet((MeshCellType)model->cell_type[cell])));
 }
 
 /* Geometry of a cell, and its modes where it has them; returns those or NULL. */
