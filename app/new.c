@@ -58,19 +58,19 @@ static const char wave[] =
   "    - {x: time, y: velocity(xmax).x}\n";
 
 static const struct {
-  const char *name, *text, *beside, *beside_text; /* beside: a file the scene needs, written next to it */
+  const char *name, *text, *beside[4]; /* beside: files the scene needs, written next to it: name, text, name, text */
 } kinds[] = {
-  {"elastic", elastic, NULL, NULL},
-  {"ucs", AppNewUcs, NULL, NULL},
-  {"triaxial", AppNewTriaxial, NULL, NULL},
-  {"hydrostatic", AppNewHydrostatic, NULL, NULL},
-  {"compaction", AppNewCompaction, NULL, NULL},
-  {"brazilian", AppNewBrazilian, "brazilian.geo", AppNewBrazilianGeo},
-  {"direct-tension", AppNewTension, NULL, NULL},
-  {"bending", AppNewBending, "bending.geo", AppNewBendingGeo},
-  {"notched-beam", NULL, NULL, NULL},
-  {"cutting", NULL, NULL, NULL},
-  {"wave", wave, NULL, NULL},
+  {"elastic", elastic, {NULL}},
+  {"ucs", AppNewUcs, {NULL}},
+  {"triaxial", AppNewTriaxial, {NULL}},
+  {"hydrostatic", AppNewHydrostatic, {NULL}},
+  {"compaction", AppNewCompaction, {NULL}},
+  {"brazilian", AppNewBrazilian, {"brazilian.geo", AppNewBrazilianGeo}},
+  {"direct-tension", AppNewTension, {NULL}},
+  {"bending", AppNewBending, {"bending.geo", AppNewBendingGeo}},
+  {"notched-beam", AppNewBeam, {"beam.geo", AppNewBeamGeo, "measured.csv", AppNewBeamMeasured}},
+  {"cutting", AppNewCutting, {"block.geo", AppNewCuttingGeo, "pick.geo", AppNewCuttingPick}},
+  {"wave", wave, {NULL}},
 };
 enum { N_KINDS = sizeof(kinds) / sizeof(kinds[0]) };
 
@@ -98,7 +98,7 @@ PetscErrorCode AppNew(const AppOptions *options, int *exit_code)
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   for (int j = 0; j < N_KINDS; j++)
-    if (kinds[j].text) n += snprintf(all + n, sizeof(all) - n, "%s%s", n ? ", " : "", kinds[j].name);
+    n += snprintf(all + n, sizeof(all) - n, "%s%s", n ? ", " : "", kinds[j].name);
   BaseCheckInput(options->n_words == 1 || options->n_words == 2, PETSC_COMM_WORLD, "cleave new KIND [FILE]; kinds: %s", all);
   for (int j = 0; j < N_KINDS; j++) names[j] = kinds[j].name;
   while (k < N_KINDS && strcmp(names[k], options->word[0])) k++;
@@ -107,17 +107,16 @@ PetscErrorCode AppNew(const AppOptions *options, int *exit_code)
     BaseCheckInput(!near, PETSC_COMM_WORLD, "no kind of scene '%s'; did you mean %s?", options->word[0], near);
     SETERRQ(PETSC_COMM_WORLD, PETSC_ERR_USER_INPUT, "no kind of scene '%s'; there is %s", options->word[0], all);
   }
-  BaseCheckInput(kinds[k].text, PETSC_COMM_WORLD, "a scene of kind %s is not covered yet, see docs/not-yet.md; there is %s", kinds[k].name, all);
   *exit_code = 0;
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
   if (options->n_words == 1) fputs(kinds[k].text, stdout);
   else {
-    if (kinds[k].beside) {
+    for (int j = 0; j < 4 && kinds[k].beside[j]; j += 2) {
       const char *slash = strrchr(options->word[1], '/');
       char        path[PETSC_MAX_PATH_LEN];
 
-      PetscCall(BaseFormat(path, "%.*s%s", slash ? (int)(slash - options->word[1] + 1) : 0, options->word[1], kinds[k].beside));
-      PetscCall(Write(kinds[k].beside_text, path));
+      PetscCall(BaseFormat(path, "%.*s%s", slash ? (int)(slash - options->word[1] + 1) : 0, options->word[1], kinds[k].beside[j]));
+      PetscCall(Write(kinds[k].beside[j + 1], path));
     }
     PetscCall(Write(kinds[k].text, options->word[1]));
   }

@@ -1,3 +1,4 @@
 /* new.h - texts that `cleave new` writes. */
 #pragma once
 extern const char AppNewUcs[], AppNewTriaxial[], AppNewHydrostatic[], AppNewCompaction[], AppNewBrazilian[], AppNewTension[], AppNewBending[], AppNewBendingGeo[], AppNewBrazilianGeo[];
+extern const char AppNewBeam[], AppNewBeamGeo[], AppNewBeamMeasured[], AppNewCutting[], AppNewCuttingGeo[], AppNewCuttingPick[]; /* made of examples/ */

@@ -69,28 +69,53 @@ PetscErrorCode DemModelGetContactCounts(DemModel model, DemContactCounts *counts
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Kind of a particle that shares its mass with elements: 0 whole, k from 2^-k of it up; as stiff in a contact as that, so that the overlap sets no smaller step. */
+enum { SHARE_KINDS = 8 };
+
+static PetscInt ShareKind(DemModel model, PetscInt p)
+{
+  PetscInt  kind = 0;
+  PetscReal part = 1;
+
+  while (kind < SHARE_KINDS - 1 && part > model->weight_mass[model->at[p]] * (1 + 1e-12)) {
+    part *= 0.5;
+    kind++;
+  }
+  return kind;
+}
+
 static PetscErrorCode PairTable(DemModel model)
 {
-  DemContacts   *c = &model->contacts;
-  const PetscInt kinds = model->grain_of ? model->n_grain_kinds : 1;
+  DemContacts    *c = &model->contacts;
+  const PetscBool shares = (PetscBool)(model->weight_mass != NULL);
+  const PetscInt  kinds = model->grain_of ? model->n_grain_kinds : shares ? SHARE_KINDS : 1;
 
   PetscFunctionBegin;
   c->n_kinds = kinds;
   PetscCall(PetscCalloc1(kinds * kinds, &c->table));
   for (PetscInt a = 0; a < kinds; a++)
     for (PetscInt b = 0; b < kinds; b++) {
-      const DemMaterial      *ma = model->grain_of ? &model->grain_kind[a] : &model->material, *mb = model->grain_of ? &model->grain_kind[b] : &model->material;
-      const DemContactChoice *choice = &c->options.choice;
+      DemMaterial             ma = model->grain_of ? model->grain_kind[a] : model->material, mb = model->grain_of ? model->grain_kind[b] : model->material;
+      const DemContactChoice *given = &c->options.choice;
+      DemContactChoice        choice;
 
       for (PetscInt k = 0; k < model->n_pair_choices; k++)
-        if ((model->pair_of[2 * k] == a && model->pair_of[2 * k + 1] == b) || (model->pair_of[2 * k] == b && model->pair_of[2 * k + 1] == a)) choice = &model->pair_choice[k];
-      BaseCheckInput(model->dim == 3 || choice->law == DEM_CONTACT_LINEAR, model->comm, "Hertz's law is of spheres; discs (dimension: 2) meet by the linear one");
-      PetscCall(DemContactPairSet(&c->table[a * kinds + b], choice, (DemContactElastic){ma->young, ma->poisson}, (DemContactElastic){mb->young, mb->poisson}));
+        if ((model->pair_of[2 * k] == a && model->pair_of[2 * k + 1] == b) || (model->pair_of[2 * k] == b && model->pair_of[2 * k + 1] == a)) given = &model->pair_choice[k];
+      choice = *given;
+      if (!model->grain_of && shares) {
+        const PetscReal part = PetscPowReal(0.5, PetscMax(a, b));
+
+        choice.stiffness *= part;
+        ma.young *= part;
+        mb.young *= part;
+      }
+      BaseCheckInput(model->dim == 3 || choice.law == DEM_CONTACT_LINEAR, model->comm, "Hertz's law is of spheres; discs (dimension: 2) meet by the linear one");
+      PetscCall(DemContactPairSet(&c->table[a * kinds + b], &choice, (DemContactElastic){ma.young, ma.poisson}, (DemContactElastic){mb.young, mb.poisson}));
       if (c->table[a * kinds + b].roll > 0 || c->table[a * kinds + b].twist > 0) c->turns = PETSC_TRUE;
     }
   if (kinds > 1) {
     PetscCall(PetscMalloc1(model->n, &c->kind));
-    for (PetscInt p = 0; p < model->n; p++) c->kind[p] = (unsigned char)model->grain_of[model->at[p]];
+    for (PetscInt p = 0; p < model->n; p++) c->kind[p] = (unsigned char)(model->grain_of ? model->grain_of[model->at[p]] : ShareKind(model, p));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -404,12 +404,11 @@ def test_words(folder):
     text = cleave("--version", cwd=folder)
     check(re.search(r"cleave \d+\.\d+\.\d+ \(git .+\)", text) and "PETSc 3." in text and "gmsh 4." in text and "HDF5 1." in text, text)
     check("usage: cleave" in cleave("--help", cwd=folder), "no usage")
-    kinds = ("elastic", "ucs", "triaxial", "hydrostatic", "compaction", "brazilian", "direct-tension", "bending", "wave")
+    kinds = ("elastic", "ucs", "triaxial", "hydrostatic", "compaction", "brazilian", "direct-tension", "bending", "wave", "notched-beam", "cutting")
     for kind in kinds:
         cleave("new", kind, kind + ".yaml", cwd=folder)
         check("no faults found" in cleave("check", kind + ".yaml", cwd=folder), kind)
     check("there already" in cleave("new", "ucs", "ucs.yaml", cwd=folder, expect=2), "new overwrites")
-    check("not covered yet" in cleave("new", "cutting", cwd=folder, expect=2), "new cutting")
     check("did you mean ucs" in cleave("new", "usc", cwd=folder, expect=2), "new usc")
     check("not covered yet" in cleave("report", "x", cwd=folder, expect=2), "report")
     check("did you mean run" in cleave("rnu", cwd=folder, expect=2), "rnu")
@@ -420,7 +419,7 @@ def test_words(folder):
     check("one scene" in cleave("run", cwd=folder, expect=2), "run without a scene")
     check("nowhere.yaml" in cleave("run", "nowhere.yaml", cwd=folder, expect=2), "no such file")
     check("--set" in cleave("run", "ucs.yaml", "--set", "time.edn=1 s", cwd=folder, expect=2), "--set of an unknown key")
-    check(sorted(os.listdir(folder)) == sorted([kind + ".yaml" for kind in kinds] + ["bending.geo", "brazilian.geo"]), "something was written:", os.listdir(folder))
+    check(sorted(os.listdir(folder)) == sorted([kind + ".yaml" for kind in kinds] + ["bending.geo", "brazilian.geo", "beam.geo", "measured.csv", "block.geo", "pick.geo"]), "something was written:", os.listdir(folder))
 
     write(folder, "fem.yaml", FEM)
     cleave("run", "fem.yaml", "--stop-after", "5", "--", "-log_view", ":log.txt", cwd=folder)

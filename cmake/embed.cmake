@@ -1,0 +1,13 @@
+# Files as C strings: cmake -D OUT=.. -D FILES="NAME=path;..." -P embed.cmake. The examples that `cleave new` writes are the examples themselves.
+cmake_minimum_required(VERSION 3.22)
+set(text "/* made by cmake/embed.cmake */\n#include \"new.h\"\n")
+foreach(pair ${FILES})
+  string(REGEX MATCH "^([^=]+)=(.*)$" unused "${pair}")
+  set(name ${CMAKE_MATCH_1})
+  file(READ "${CMAKE_MATCH_2}" content)
+  string(REPLACE "\\" "\\\\" content "${content}")
+  string(REPLACE "\"" "\\\"" content "${content}")
+  string(REPLACE "\n" "\\n\"\n  \"" content "${content}")
+  string(APPEND text "const char ${name}[] =\n  \"${content}\";\n")
+endforeach()
+file(WRITE ${OUT} "${text}")
