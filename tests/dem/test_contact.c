@@ -437,14 +437,22 @@ static PetscErrorCode TestGradient(void)
 CHECK_TEST(TestGradient)
 
 typedef struct {
-  PetscReal v, w, x, friction;
+  PetscReal v, w, x, friction, damping;
+  PetscReal ledger; /* worst error of the energy at any step / (energy at the start + work of the weight to the end) */
 } Slide;
+
+static void CheckSlide(const Slide *s)
+{
+  print_message("           ledger %.1e\n", (double)s->ledger);
+  CheckBelow(s->ledger, 1e-3);
+}
 
 /* A ball, or a block that cannot turn, on a plane tilted by `slope`, at rest along the normal. */
 static void Roll(const DemContactPair *pair, PetscBool block, PetscReal slope, PetscReal v0, PetscReal dt, PetscInt steps, Slide *s)
 {
   const PetscReal   g = 9.81, r = 0.01, mass = 0.01, inertia = 0.4 * mass * r * r, overlap = mass * g * cos(slope) / DemContactStiffness(pair, r, 0);
   DemContactHistory h = {{0}};
+  PetscReal         worst = 0, pressed = 0, work = 0, most = 0.5 * mass * v0 * v0;
 
   *s = (Slide){.v = v0};
   for (PetscInt k = 0; k < steps; k++) {
@@ -452,11 +460,19 @@ static void Roll(const DemContactPair *pair, PetscBool block, PetscReal slope, P
     DemContactForce  f;
 
     DemContactStep(pair, &m, dt, 1, &h, &f);
+    const PetscReal v = s->v, w = s->w;
+
     s->friction += f.friction;
+    s->damping += f.damping;
     s->v += dt * (f.force[0] / mass + g * sin(slope));
     if (!block) s->w += dt * (f.couple[1] - r * f.force[0]) / inertia; /* contact point at -r n */
+    if (!k) pressed = DemContactEnergy(pair, r, r, overlap, &(DemContactHistory){{0}}); /* by the weight, all the time */
+    work  = mass * g * sin(slope) * s->x;
+    most  = PetscMax(most, 0.5 * mass * v0 * v0 + PetscAbsReal(work));
+    worst = PetscMax(worst, PetscAbsReal(0.5 * mass * v * s->v + 0.5 * inertia * w * s->w + DemContactEnergy(pair, r, r, overlap, &h) - pressed + s->friction + s->damping - work - 0.5 * mass * v0 * v0));
     s->x += dt * s->v;
   }
+  s->ledger = worst / most;
 }
 
 /* Sliding ball: 5/7 of its speed is left after 2 v0/(7 mu g). Rolling one: slows by 5/7 mu_r g, and rests. Blocks on a slope. */
@@ -472,9 +488,11 @@ static PetscErrorCode TestSlideAndRoll(void)
   PetscFunctionBeginUser;
   PetscCall(DemContactPairSet(&pair, &c, glass, rigid));
   Roll(&pair, PETSC_FALSE, 0, 1, dt, 4000, &s); /* 40 ms; it slides to 97 ms */
+  CheckSlide(&s);
   CheckClose(s.v, 1 - 0.3 * g * 0.04, 1e-3);
   CheckClose(s.w * 0.01, 2.5 * 0.3 * g * 0.04, 5e-3);
   Roll(&pair, PETSC_FALSE, 0, 1, dt, 30000, &s);
+  CheckSlide(&s);
   CheckClose(s.v, 5.0 / 7, 1e-3);
   CheckClose(s.friction, 0.5 * 0.01 * 2 / 7, 5e-3);
   c.rolling         = 0.05;
@@ -487,6 +505,7 @@ static PetscErrorCode TestSlideAndRoll(void)
 
     PetscCall(DemContactPairSet(&pair, &c, stiffer, rigid));
     Roll(&pair, PETSC_FALSE, 0, 1, dt / finer, 30000 * finer, &s);
+    CheckSlide(&s);
     off[stiff] = PetscAbsReal(s.v / want - 1);
   }
   CheckBelow(off[1], 0.5 * off[0]);
@@ -494,22 +513,28 @@ static PetscErrorCode TestSlideAndRoll(void)
   CheckBelow(off[2], 1e-3);
   PetscCall(DemContactPairSet(&pair, &c, glass, rigid));
   Roll(&pair, PETSC_FALSE, 0, 1, dt, 600000, &s);
+  CheckSlide(&s);
   CheckNear(s.v, 0, 1e-4);
   /* a block stays below the angle of friction; above it a = g (sin - mu cos) */
   c = (DemContactChoice){.law = DEM_CONTACT_LINEAR, .restitution = 0.3, .friction = 0.3};
   PetscCall(DemContactPairSet(&pair, &c, glass, rigid));
   Roll(&pair, PETSC_TRUE, atan(0.29), 0, dt, 100000, &s);
+  CheckSlide(&s);
   CheckNear(s.v, 0, 1e-6);
   CheckBelow(s.x, 1e-4);
   Roll(&pair, PETSC_TRUE, steep, 0, dt, 100000, &s);
+  CheckSlide(&s);
   half = s.v;
   Roll(&pair, PETSC_TRUE, steep, 0, dt, 200000, &s);
+  CheckSlide(&s);
   CheckClose(s.v - half, g * (sin(steep) - 0.3 * cos(steep)), 1e-10); /* once it slides */
   c.friction_static = 1; /* its sudden weight swings past 0.5 */
   PetscCall(DemContactPairSet(&pair, &c, glass, rigid));
   Roll(&pair, PETSC_TRUE, steep, 0, dt, 100000, &s);
+  CheckSlide(&s);
   CheckBelow(s.x, 1e-4); /* held by the static coefficient */
   Roll(&pair, PETSC_TRUE, steep, 0.5, dt, 100000, &s);
+  CheckSlide(&s);
   CheckClose(s.v, 0.5 + g * (sin(steep) - 0.3 * cos(steep)), 2e-3); /* once it moves, the dynamic one */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

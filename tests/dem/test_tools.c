@@ -126,6 +126,63 @@ static PetscErrorCode TestClosedForms(void)
 }
 CHECK_TEST(TestClosedForms)
 
+/* A ball falls on an edge and on a corner of a box, straight and beside, smooth and rough: straight it comes back the way it came, e times as fast; every joule is found. */
+static PetscErrorCode TestEdgeAndCorner(void)
+{
+  const PetscReal from[2][3] = {{PETSC_SQRT2 / 2, 0, PETSC_SQRT2 / 2}, {1 / PetscSqrtReal(3), 1 / PetscSqrtReal(3), 1 / PetscSqrtReal(3)}}, foot[2][3] = {{2, 1.03, 2}, {2, 2, 2}};
+  PetscReal       off = 0, most = 0;
+
+  PetscFunctionBeginUser;
+  for (PetscInt run = 0; run < 16; run++) {
+    const PetscInt  where = run & 1, beside = run >> 1 & 1, law = run >> 2 & 1;
+    const PetscReal e = run >> 3 & 1 ? 0.6 : 1;
+    DemToolOptions  o = {.shape = DEM_TOOL_SURFACE, .contact = rough};
+    PetscReal       x[1][3], r[1] = {0.1}, v[3], dt, initial, error = 0, back = 0, side = 0;
+    DemModel        model;
+    Stepper         stepper;
+    DemState        s;
+    Ledger          ledger;
+
+    o.contact.law         = law ? DEM_CONTACT_HERTZ : DEM_CONTACT_LINEAR;
+    o.contact.restitution = e;
+    if (law) o.contact.ratio = 0;
+    for (PetscInt d = 0; d < 3; d++) {
+      x[0][d] = foot[where][d] + 0.1005 * from[where][d] + (beside && d == 2 ? 0.01 : 0);
+      v[d]    = -1.5 * from[where][d];
+    }
+    PetscCall(Spheres(3, 1, x, r, 1, &model));
+    PetscCall(DemModelSetInitialVelocity(model, v));
+    PetscCall(DemSurfaceCreateBox(3, (PetscReal[3]){0, 0, 0}, (PetscReal[3]){2, 2, 2}, &o.surface));
+    PetscCall(DemModelAddTool(model, "box", &o));
+    PetscCall(DemModelSetUp(model));
+    PetscCall(DemModelGetStepper(model, &stepper));
+    PetscCall(stepper.stable_step(model, &dt));
+    dt *= 0.01;
+    PetscCall(stepper.energy(model, &ledger));
+    initial = Total(&ledger);
+    for (PetscReal t = 0; t < 0.06; t += dt) PetscCall(stepper.step(model, t, dt));
+    PetscCall(LedgerNow(model, &stepper, initial, &error));
+    CheckBelow(error, 1e-3);
+    most = PetscMax(most, error);
+    PetscCall(DemModelGetState(model, &s));
+    for (PetscInt d = 0; d < 3; d++) back += s.v[d] * from[where][d];
+    for (PetscInt d = 0; d < 3; d++) side = PetscMax(side, PetscAbsReal(s.v[d] - back * from[where][d]));
+    CheckAbove(back, 0.3);
+    if (beside) {
+      CheckAbove(PetscAbsReal(s.spin[0]) + PetscAbsReal(s.spin[1]), 0.1); /* friction has turned it */
+    } else {
+      off = PetscMax(off, PetscAbsReal(back / (1.5 * e) - 1));
+      CheckClose(back, 1.5 * e, 1e-3);
+      CheckBelow(side, 1e-9);
+    }
+    PetscCall(DemModelRestoreState(model, &s));
+    PetscCall(DemModelDestroy(&model));
+  }
+  print_message("           edge and corner: restitution off by %.1e, ledger %.1e\n", (double)off, (double)most);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestEdgeAndCorner)
+
 /* A platen of 2 kg pushed down by 40 N on three balls comes to rest where they carry the force, its weight and no more. */
 static PetscErrorCode TestPlaten(void)
 {
@@ -504,6 +561,6 @@ static PetscErrorCode TestTorque(void)
 }
 CHECK_TEST(TestTorque)
 
-static const struct CMUnitTest tests[] = {TEST(TestIncline), TEST(TestClosedForms), TEST(TestPlaten), TEST(TestFreeBody), TEST(TestCollision), TEST(TestDrum), TEST(TestCylinders), TEST(TestTorque)};
+static const struct CMUnitTest tests[] = {TEST(TestIncline), TEST(TestClosedForms), TEST(TestEdgeAndCorner), TEST(TestPlaten), TEST(TestFreeBody), TEST(TestCollision), TEST(TestDrum), TEST(TestCylinders), TEST(TestTorque)};
 
 CHECK_MAIN(tests)
