@@ -8,6 +8,7 @@
 
 /* A particle in a block's copy: position, radius, velocity, mass, spin, kind of material. */
 enum { AT_X = 0, AT_R = 3, AT_V = 4, AT_M = 7, AT_W = 8, AT_KIND = 11, AT_ALL = 12 };
+enum { AT_COUPLE = 4 }; /* what it feels: force, -, couple, - */
 
 static void CopyParticle(DemModel model, PetscInt p, PetscReal *a)
 {
@@ -27,9 +28,34 @@ static void CopyParticle(DemModel model, PetscInt p, PetscReal *a)
 enum { ROW_X = 0, ROW_RA = 3, ROW_RB, ROW_MA, ROW_MB, ROW_V, ROW_WA = ROW_V + 3, ROW_WB = ROW_WA + 3, ROW_PAST = ROW_WB + 3, ROW_ROLL = ROW_PAST + DEM_PAST, ROW_F = ROW_ROLL + 4, ROW_TA = ROW_F + 3, ROW_TB = ROW_TA + 3, ROW_FRICTION = ROW_TB + 3, ROW_DAMPING, ROW_DEPTH, ROWS };
 
 typedef struct {
-  PetscReal row[ROWS][DEM_CONTACT_CHUNK];
-  int       pair[DEM_CONTACT_CHUNK]; /* of the table */
+  _Alignas(64) PetscReal row[ROWS][DEM_CONTACT_CHUNK];
+  int pair[DEM_CONTACT_CHUNK]; /* of the table */
 } Chunk;
+
+/*
+  Four numbers side by side. Records of particles and contacts are four or eight numbers long, so four of them become
+  rows, and rows become records again, by a transposition in registers: one number at a time took half of a step's time.
+*/
+typedef PetscReal Four __attribute__((vector_size(4 * sizeof(PetscReal))));
+typedef PetscReal Loose __attribute__((vector_size(4 * sizeof(PetscReal)), aligned(sizeof(PetscReal)), may_alias));
+
+DEM_INLINE void Across(const PetscReal *a, const PetscReal *b, const PetscReal *c, const PetscReal *d, Four out[4])
+{
+  const Four x = *(const Loose *)a, y = *(const Loose *)b, z = *(const Loose *)c, w = *(const Loose *)d;
+  const Four even = __builtin_shufflevector(x, y, 0, 4, 2, 6), odd = __builtin_shufflevector(x, y, 1, 5, 3, 7);
+  const Four even2 = __builtin_shufflevector(z, w, 0, 4, 2, 6), odd2 = __builtin_shufflevector(z, w, 1, 5, 3, 7);
+
+  out[0] = __builtin_shufflevector(even, even2, 0, 1, 4, 5);
+  out[1] = __builtin_shufflevector(odd, odd2, 0, 1, 4, 5);
+  out[2] = __builtin_shufflevector(even, even2, 2, 3, 6, 7);
+  out[3] = __builtin_shufflevector(odd, odd2, 2, 3, 6, 7);
+}
+
+/* Rows row, row + 1, ... of four columns from i on */
+DEM_INLINE void RowsOf(const PetscReal (*R)[DEM_CONTACT_CHUNK], PetscInt row, PetscInt i, Four out[4])
+{
+  Across(&R[row][i], &R[row + 1][i], &R[row + 2][i], &R[row + 3][i], out);
+}
 
 /* The law of column i. Apart from its loop, whose pragma would keep the records below in memory. */
 DEM_INLINE void Law(const DemContactPair *pair, PetscReal flat, PetscReal dt, int turns, PetscInt i, PetscReal (*restrict R)[DEM_CONTACT_CHUNK])
@@ -130,44 +156,73 @@ static void LawsMany(const DemContacts *c, PetscInt hits, PetscReal dt, Chunk *c
     for (PetscInt i = 0; i < hits; i++) Law(&c->table[chunk->pair[i]], c->flat, dt, 0, i, chunk->row);
 }
 
-/* What the law needs of contact k into column i. */
-static inline void Gather(const DemContacts *c, PetscInt i, PetscInt k, const PetscReal *a, const PetscReal *b, Chunk *chunk)
+/* What the law needs of the contacts hit[0..3] into columns i to i + 3. */
+DEM_INLINE void Gather(const DemContacts *c, PetscInt i, const int hit[4], const PetscReal *at, Chunk *chunk)
 {
   PetscReal(*restrict R)[DEM_CONTACT_CHUNK] = chunk->row;
-  const PetscReal *past = c->past + DEM_PAST * k;
+  const PetscReal *a[4], *b[4], *past[4];
+  Four             A[4], B[4];
 
+  for (int k = 0; k < 4; k++) {
+    a[k]    = at + AT_ALL * c->ip[hit[k]];
+    b[k]    = at + AT_ALL * c->iq[hit[k]];
+    past[k] = c->past + DEM_PAST * hit[k];
+  }
+  Across(a[0] + AT_X, a[1] + AT_X, a[2] + AT_X, a[3] + AT_X, A);
+  Across(b[0] + AT_X, b[1] + AT_X, b[2] + AT_X, b[3] + AT_X, B);
+  for (int d = 0; d < 3; d++) *(Four *)&R[ROW_X + d][i] = A[d] - B[d];
+  *(Four *)&R[ROW_RA][i] = A[3];
+  *(Four *)&R[ROW_RB][i] = B[3];
+  Across(a[0] + AT_V, a[1] + AT_V, a[2] + AT_V, a[3] + AT_V, A);
+  Across(b[0] + AT_V, b[1] + AT_V, b[2] + AT_V, b[3] + AT_V, B);
+  for (int d = 0; d < 3; d++) *(Four *)&R[ROW_V + d][i] = A[d] - B[d];
+  *(Four *)&R[ROW_MA][i] = A[3];
+  *(Four *)&R[ROW_MB][i] = B[3];
+  Across(a[0] + AT_W, a[1] + AT_W, a[2] + AT_W, a[3] + AT_W, A);
+  Across(b[0] + AT_W, b[1] + AT_W, b[2] + AT_W, b[3] + AT_W, B);
   for (int d = 0; d < 3; d++) {
-    R[ROW_X + d][i]  = a[AT_X + d] - b[AT_X + d];
-    R[ROW_V + d][i]  = a[AT_V + d] - b[AT_V + d];
-    R[ROW_WA + d][i] = a[AT_W + d];
-    R[ROW_WB + d][i] = b[AT_W + d];
+    *(Four *)&R[ROW_WA + d][i] = A[d];
+    *(Four *)&R[ROW_WB + d][i] = B[d];
+  }
+  for (int half = 0; half < DEM_PAST; half += 4) {
+    Across(past[0] + half, past[1] + half, past[2] + half, past[3] + half, A);
+    for (int d = 0; d < 4; d++) *(Four *)&R[ROW_PAST + half + d][i] = A[d];
+  }
+  if (c->turns) {
+    Across(c->roll + 4 * hit[0], c->roll + 4 * hit[1], c->roll + 4 * hit[2], c->roll + 4 * hit[3], A);
+    for (int d = 0; d < 4; d++) *(Four *)&R[ROW_ROLL + d][i] = A[d];
   }
   if (c->image)
-    for (int d = 0; d < 3; d++) R[ROW_X + d][i] += c->image[3 * k + d];
-  R[ROW_RA][i] = a[AT_R];
-  R[ROW_RB][i] = b[AT_R];
-  R[ROW_MA][i] = a[AT_M];
-  R[ROW_MB][i] = b[AT_M];
-  for (int d = 0; d < DEM_PAST; d++) R[ROW_PAST + d][i] = past[d];
-  if (c->turns)
-    for (int d = 0; d < 4; d++) R[ROW_ROLL + d][i] = c->roll[4 * k + d];
-  if (c->n_kinds > 1) chunk->pair[i] = (int)a[AT_KIND] * (int)c->n_kinds + (int)b[AT_KIND];
+    for (int k = 0; k < 4; k++)
+      for (int d = 0; d < 3; d++) R[ROW_X + d][i + k] += c->image[3 * hit[k] + d];
+  if (c->n_kinds > 1)
+    for (int k = 0; k < 4; k++) chunk->pair[i + k] = (int)a[k][AT_KIND] * (int)c->n_kinds + (int)b[k][AT_KIND];
 }
 
-/* And back: history to its place, forces to both particles. */
-static inline void Scatter(const DemContacts *c, PetscInt i, PetscInt k, const Chunk *chunk, PetscReal *restrict fp, PetscReal *restrict fq)
+/* And back, the first n of the four: history to its place, forces to both particles, in the contacts' order. */
+DEM_INLINE void Scatter(const DemContacts *c, PetscInt i, PetscInt n, const int hit[4], const Chunk *chunk, PetscReal *restrict F)
 {
   const PetscReal(*R)[DEM_CONTACT_CHUNK] = chunk->row;
-  PetscReal *past = c->past + DEM_PAST * k;
+  Four A[4], B[4], C[4];
 
-  for (int d = 0; d < DEM_PAST_OFFSET; d++) past[d] = R[ROW_PAST + d][i];
-  if (c->turns)
-    for (int d = 0; d < 4; d++) c->roll[4 * k + d] = R[ROW_ROLL + d][i];
-  for (int d = 0; d < 3; d++) {
-    fp[d] += R[ROW_F + d][i];
-    fq[d] -= R[ROW_F + d][i];
-    fp[3 + d] += R[ROW_TA + d][i];
-    fq[3 + d] += R[ROW_TB + d][i];
+  for (int half = 0; half < DEM_PAST; half += 4) {
+    RowsOf(R, ROW_PAST + half, i, A);
+    for (PetscInt k = 0; k < n; k++) *(Loose *)(c->past + DEM_PAST * hit[k] + half) = A[k];
+  }
+  if (c->turns) {
+    RowsOf(R, ROW_ROLL, i, A);
+    for (PetscInt k = 0; k < n; k++) *(Loose *)(c->roll + 4 * hit[k]) = A[k];
+  }
+  RowsOf(R, ROW_F, i, A); /* the fourth number of each is another row's: nobody reads where it goes */
+  RowsOf(R, ROW_TA, i, B);
+  RowsOf(R, ROW_TB, i, C);
+  for (PetscInt k = 0; k < n; k++) {
+    PetscReal *fp = F + 8 * c->ip[hit[k]], *fq = F + 8 * c->iq[hit[k]];
+
+    *(Loose *)fp += A[k];
+    *(Loose *)fq -= A[k];
+    *(Loose *)(fp + AT_COUPLE) += B[k];
+    *(Loose *)(fq + AT_COUPLE) += C[k];
   }
 }
 
@@ -248,11 +303,12 @@ static void BlockForce(DemModel model, PetscInt block, PetscReal dt, PetscReal *
       if (!touch && c->met[first + k]) Part(c, first + k, at + AT_ALL * ip[k], at + AT_ALL * iq[k], dt, sum);
       c->met[first + k] = touch;
     }
-    for (PetscInt i = 0; i < hits; i++) Gather(c, i, hit[i], at + AT_ALL * c->ip[hit[i]], at + AT_ALL * c->iq[hit[i]], &chunk);
+    for (int i = hits; i % 4; i++) hit[i] = hit[hits - 1]; /* columns that nobody takes back */
+    for (PetscInt i = 0; i < hits; i += 4) Gather(c, i, hit + i, at, &chunk);
     if (c->n_kinds > 1) LawsMany(c, hits, dt, &chunk);
-    else if (c->turns) LawsOneTurns(c, hits, dt, &chunk);
-    else LawsOne(c, hits, dt, &chunk);
-    for (PetscInt i = 0; i < hits; i++) Scatter(c, i, hit[i], &chunk, F + 8 * c->ip[hit[i]], F + 8 * c->iq[hit[i]]);
+    else if (c->turns) LawsOneTurns(c, (hits + 3) / 4 * 4, dt, &chunk);
+    else LawsOne(c, (hits + 3) / 4 * 4, dt, &chunk);
+    for (PetscInt i = 0; i < hits; i += 4) Scatter(c, i, PetscMin(4, hits - i), hit + i, &chunk, F);
     for (PetscInt i = 0; i < hits; i++) {
       sum[0] += chunk.row[ROW_FRICTION][i];
       sum[1] += chunk.row[ROW_DAMPING][i];
@@ -264,12 +320,12 @@ static void BlockForce(DemModel model, PetscInt block, PetscReal dt, PetscReal *
     const PetscInt p = begin + i;
 
     for (PetscInt d = 0; d < model->dim; d++) model->f[d * n + p] += F[8 * i + d];
-    if (model->dim == 2) model->torque[p] += F[8 * i + 5];
+    if (model->dim == 2) model->torque[p] += F[8 * i + AT_COUPLE + 2];
     else
-      for (PetscInt d = 0; d < 3; d++) model->torque[d * n + p] += F[8 * i + 3 + d];
+      for (PetscInt d = 0; d < 3; d++) model->torque[d * n + p] += F[8 * i + AT_COUPLE + d];
   }
   for (PetscInt i = 0; i < halo; i++)
-    for (PetscInt d = 0; d < 6; d++) c->slot_f[8 * (c->halo_start[block] + i) + d] = F[8 * (own + i) + d];
+    for (PetscInt d = 0; d < 8; d++) c->slot_f[8 * (c->halo_start[block] + i) + d] = F[8 * (own + i) + d];
 }
 
 static void BlockGather(DemModel model, PetscInt block)
@@ -282,9 +338,9 @@ static void BlockGather(DemModel model, PetscInt block)
       const PetscReal *f = c->slot_f + 8 * c->slot[s];
 
       for (PetscInt d = 0; d < model->dim; d++) model->f[d * n + p] += f[d];
-      if (model->dim == 2) model->torque[p] += f[5];
+      if (model->dim == 2) model->torque[p] += f[AT_COUPLE + 2];
       else
-        for (PetscInt d = 0; d < 3; d++) model->torque[d * n + p] += f[3 + d];
+        for (PetscInt d = 0; d < 3; d++) model->torque[d * n + p] += f[AT_COUPLE + d];
     }
 }
 
