@@ -1,5 +1,6 @@
 /* base.c - start-up, and one error handler that speaks to people. */
 #include "base.h"
+#include "hdf5_file.h"
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -33,6 +34,7 @@ PetscErrorCode BaseInitialize(int *argc, char ***argv)
 {
   PetscErrorCode code;
 
+  Hdf5Quiet(); /* before anybody else calls HDF5 */
   setenv("OPENBLAS_NUM_THREADS", "1", 0); /* BLAS threads would fight ours for the cores */
   code = PetscInitialize(argc, argv, NULL, NULL);
   if (code) return code;

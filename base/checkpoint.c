@@ -1,8 +1,8 @@
 /*
   checkpoint.c - one HDF5 file, arrays by name.
 
-  The file carries the root attribute `cleave_checkpoint` (the layout's number), written last: a file without it is
-  foreign or unfinished. HDF5 itself refuses a file that is shorter than its superblock says, so a cut copy is caught too.
+  The file carries the root attribute `cleave_checkpoint` (the layout's number), and behind its end a mark of all its bytes:
+  cut, changed or unfinished it is refused before HDF5 looks at it, which is not made for damaged files.
 */
 #include "checkpoint.h"
 #include "files.h"
@@ -62,16 +62,19 @@ PetscErrorCode CheckpointCreate(MPI_Comm comm, const char *file, Checkpoint *che
 
 static PetscErrorCode OpenFile(Checkpoint c)
 {
-  int    layout = 0;
-  hid_t  attribute;
-  herr_t status = -1;
+  int       layout = 0;
+  PetscBool whole;
+  hid_t     attribute;
+  herr_t    status = -1;
 
   PetscFunctionBegin;
   Hdf5Quiet();
   BaseCheckInput(!access(c->path, F_OK), PETSC_COMM_SELF, "There is no checkpoint '%s' to go on from; run without resuming", c->path);
   BaseCheckInput(!access(c->path, R_OK), PETSC_COMM_SELF, "The checkpoint '%s' is not readable", c->path);
+  PetscCall(FileIsSealed(c->path, &whole));
+  BaseCheckInput(whole, PETSC_COMM_SELF, "'%s' is not a whole HDF5 file, or not a finished checkpoint of cleave: cut short, damaged, of an earlier version, or another kind of file", c->path);
   c->file = H5Fopen(c->path, H5F_ACC_RDONLY, H5P_DEFAULT);
-  BaseCheckInput(c->file >= 0, PETSC_COMM_SELF, "'%s' is not a whole HDF5 file (cut short, or another kind of file); a checkpoint is expected", c->path);
+  BaseCheckInput(c->file >= 0, PETSC_COMM_SELF, "'%s' cannot be opened as an HDF5 file; a checkpoint is expected", c->path);
   attribute = H5Aopen(c->file, "cleave_checkpoint", H5P_DEFAULT);
   if (attribute >= 0) {
     status = H5Aread(attribute, H5T_NATIVE_INT, &layout);
@@ -104,6 +107,7 @@ static PetscErrorCode Finish(Checkpoint c)
   status  = H5Fclose(c->file);
   c->file = -1;
   Hdf5Check(status, c->path, "finish the file");
+  PetscCall(FileSeal(c->part));
   PetscCall(FileCommit(c->part, c->path, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -9,6 +9,8 @@ PetscErrorCode FileCommit(const char *part, const char *path, PetscBool durable)
 PetscErrorCode FileSync(const char *path);                                        /* fsync of a file or a directory */
 PetscErrorCode FileCreate(const char *path, FILE **file);                         /* PATH.part for writing ... */
 PetscErrorCode FileFinish(FILE **file, const char *path);                         /* ... closed, checked and renamed */
+PetscErrorCode FileSeal(const char *path);                                        /* a mark of its bytes behind its end: cut or changed, it is no longer whole */
+PetscErrorCode FileIsSealed(const char *path, PetscBool *whole);
 PetscErrorCode FileReadText(const char *path, char **text, size_t *length);       /* whole file, zero at its end; PetscFree() it */
 
 /* All ranks learn whether the writing rank (0) failed, so that they stop together. `what` names the deed for the other ranks. */

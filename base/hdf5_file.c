@@ -2,8 +2,13 @@
 #include "hdf5_file.h"
 #include <string.h>
 
+/* At the end of a process HDF5 writes out what is still open, and breaks when the disk that could not take it is still full. */
 void Hdf5Quiet(void)
 {
+  static PetscBool said;
+
+  if (!said) (void)H5dont_atexit();
+  said = PETSC_TRUE;
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
 }
 

@@ -6,9 +6,15 @@
 */
 #include "mesh_gmsh.h"
 #include <gmshc.h>
+#include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 /* gmsh's own last words, after `what`. */
 void MeshGmshWords_Internal(char words[BASE_LINE], const char *what, const char *file)
@@ -52,6 +58,42 @@ static void CheckWhole(const char *file, PetscBool msh, char words[BASE_LINE])
     if (!EndsSection(tail, fread(tail, 1, sizeof(tail), in))) (void)PetscSNPrintf(words, BASE_LINE, "%s: the mesh file is cut short (it does not end with an $End line); write it again", file);
   }
   fclose(in);
+}
+
+/*
+  gmsh reads a damaged .msh into the ground (a wrong count is a crash, a huge one all memory). A child reads it first: what
+  happens to it is a word to the user, not the end of the run. The CPU time it may take grows with the file.
+*/
+static void TryMsh(const char *file, char words[BASE_LINE])
+{
+  struct stat info;
+  int         status = 0, ierr;
+  pid_t       child;
+
+  if (stat(file, &info)) return;
+  (void)fflush(NULL); /* what is buffered is the parent's to write */
+  child = fork();
+  if (child == 0) {
+    const struct rlimit none = {0, 0}, seconds = {(rlim_t)(20 + info.st_size / 200000), (rlim_t)(30 + info.st_size / 200000)};
+    const int           null = open("/dev/null", O_WRONLY);
+    size_t             *tag = NULL, n = 0, m = 0, k = 0;
+    double             *x = NULL, *s = NULL;
+
+    for (int number = 1; number < 32; number++) (void)signal(number, SIG_DFL);
+    (void)setrlimit(RLIMIT_CORE, &none);
+    (void)setrlimit(RLIMIT_CPU, &seconds);
+    if (null >= 0) (void)dup2(null, 2);
+    gmshInitialize(0, NULL, 0, &ierr);
+    gmshOptionSetNumber("General.Terminal", 0, &ierr);
+    gmshOpen(file, &ierr);
+    if (!ierr) gmshModelMeshGetNodes(&tag, &n, &x, &m, &s, &k, -1, -1, 0, 0, &ierr);
+    _exit(0); /* what gmsh itself refuses is told by the parent's own reading */
+  }
+  if (child < 0) return; /* no room for a child: go on without */
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+  if (WIFSIGNALED(status) || (WIFEXITED(status) && WEXITSTATUS(status)))
+    (void)PetscSNPrintf(words, BASE_LINE, "%s: the mesh file is damaged: gmsh %s on it (%s); write it again", file,
+                        WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU ? "finds no end" : "breaks", WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : "out of memory");
 }
 
 static PetscBool HasEnding(const char *file, const char *ending)
@@ -345,6 +387,7 @@ static PetscErrorCode ReadHere(const char *file, MeshDraw draw, const void *ctx,
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!draw) CheckWhole(file, HasEnding(file, ".msh"), words);
+  if (!words[0] && HasEnding(file, ".msh") && !draw) TryMsh(file, words);
   if (words[0]) PetscFunctionReturn(PETSC_SUCCESS);
   (void)sigaction(SIGINT, NULL, &interrupt); /* Ctrl-C stays the run loop's */
   (void)sigaction(SIGTERM, NULL, &terminate);

@@ -110,6 +110,7 @@ PetscErrorCode OutputHdf5End(Output output)
   status       = H5Fclose(output->file);
   output->file = -1;
   Hdf5Check(status, path, "finish the frame");
+  PetscCall(FileSeal(part));
   PetscCall(FileCommit(part, path, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -136,6 +137,7 @@ PetscErrorCode OutputHdf5Index(Output output)
   if (H5Gclose(frames) < 0) status = -1;
   if (H5Fclose(file) < 0) status = -1;
   Hdf5Check(status, part, "write the index of frames");
+  PetscCall(FileSeal(part));
   PetscCall(FileCommit(part, path, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -181,6 +183,7 @@ static herr_t ScanBlock(hid_t file, const char *name, const H5L_info_t *info, vo
 
 static herr_t ScanFrame(Output output, PetscInt number, OutputFrame *frame)
 {
+  PetscBool whole;
   char    path[BASE_LINE];
   hid_t   file;
   herr_t  status;
@@ -188,7 +191,7 @@ static herr_t ScanFrame(Output output, PetscInt number, OutputFrame *frame)
   int64_t step;
 
   memset(frame, 0, sizeof(*frame));
-  if (OutputPath(output, path, "fields/%06" PetscInt_FMT ".h5", number)) return -1;
+  if (OutputPath(output, path, "fields/%06" PetscInt_FMT ".h5", number) || FileIsSealed(path, &whole) || !whole) return -1;
   file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
   if (file < 0) return -1;
   status = ReadAttribute(file, "time", H5T_NATIVE_DOUBLE, 1, &time);
@@ -225,11 +228,14 @@ PetscErrorCode OutputHdf5Scan(Output output)
   H5G_info_t info;
   hid_t      file, frames;
   herr_t     status;
+  PetscBool  whole;
 
   PetscFunctionBegin;
   Hdf5Quiet();
   PetscCall(OutputPath(output, path, "fields.h5"));
   if (access(path, F_OK)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FileIsSealed(path, &whole));
+  BaseCheckInput(whole, PETSC_COMM_SELF, "'%s' cannot be read as an index of frames of cleave: it is cut short, damaged, or another kind of file; run without resuming", path);
   file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
   BaseCheckInput(file >= 0, PETSC_COMM_SELF, "'%s' cannot be read as HDF5; run without resuming", path);
   frames = H5Gopen2(file, "frames", H5P_DEFAULT);

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define OUR_HEAD "# x y z r [m]; " /* of a packing we wrote; the number of particles follows, so that a cut file is noticed */
+
 /* Numbers of a line into v[5]; returns how many (5 = too many), -1 when something is not a number. */
 static PetscInt ReadNumbers(char *text, PetscReal v[5])
 {
@@ -35,7 +37,9 @@ PetscErrorCode DemPackingRead(const char *file, const DemBody *body, PetscBool t
 {
   FILE         *in;
   char          text[BASE_LINE];
-  PetscInt      line = 0, room = 0, n = 0, fault_line = 0, got = 4;
+  PetscBool     whole = PETSC_TRUE; /* the last line read ends as lines do */
+  long long     told  = -1;         /* particles, by our own first line */
+  PetscInt      line = 0, trimmed = 0, room = 0, n = 0, fault_line = 0, got = 4;
   const char   *fault = NULL;
   PetscReal     v[5] = {0, 0, 0, 0, 0};
   DemBodySearch search;
@@ -47,6 +51,8 @@ PetscErrorCode DemPackingRead(const char *file, const DemBody *body, PetscBool t
   PetscCall(DemBodySearchCreate(body, 0, PetscMax(body->high[0] - body->low[0], body->high[1] - body->low[1]) / 50, &search));
   while (!fault && fgets(text, sizeof(text), in)) {
     fault_line = ++line;
+    whole      = (PetscBool)(text[0] && text[strlen(text) - 1] == '\n');
+    if (line == 1) (void)sscanf(text, OUR_HEAD "%lld particles", &told);
     if (strlen(text) == sizeof(text) - 1 && text[sizeof(text) - 2] != '\n') {
       fault = "is too long";
       break;
@@ -60,7 +66,10 @@ PetscErrorCode DemPackingRead(const char *file, const DemBody *body, PetscBool t
     } else if (body->dim == 2 && v[2] != 0) {
       fault = "leaves the plane z = 0 of a 2D body";
     } else if (!DemBodySearchInside(&search, v)) {
-      if (trim) continue;
+      if (trim) {
+        trimmed++;
+        continue;
+      }
       fault = "has its centre outside the body (are the numbers in metres?)";
     } else {
       if (n == room) {
@@ -72,6 +81,7 @@ PetscErrorCode DemPackingRead(const char *file, const DemBody *body, PetscBool t
       packing->r[n++] = v[3];
     }
   }
+  if (!fault && told >= 0 && (told != n + trimmed || !whole)) fault = "ends the file, and the first one tells of another number of particles: the file is cut short (or edited: then take the first line out)";
   fclose(in);
   packing->n = n;
   PetscCall(DemBodySearchDestroy(&search));
@@ -89,7 +99,7 @@ PetscErrorCode DemPackingWrite(const DemPacking *packing, const char *file)
   PetscFunctionBegin;
   out = fopen(file, "w");
   BaseCheckInput(out, PETSC_COMM_SELF, "Cannot write the packing to %s", file);
-  fprintf(out, "# x y z r [m]; %" PetscInt_FMT " particles\n", packing->n);
+  fprintf(out, OUR_HEAD "%" PetscInt_FMT " particles\n", packing->n);
   for (PetscInt p = 0; p < packing->n; p++)
     fprintf(out, "%.17g %.17g %.17g %.17g\n", (double)packing->x[3 * p], (double)packing->x[3 * p + 1], (double)packing->x[3 * p + 2], (double)packing->r[p]);
   bad = ferror(out);
