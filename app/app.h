@@ -113,6 +113,8 @@ typedef struct {
   PetscInt     n_tools;
 
   Mesh        mesh; /* fem; on rank 0 */
+  DemBody    *joint; /* [n_joints] bodies.*.dem.cohesive_groups; freed once the particles know their group */
+  PetscInt    n_joints;
   PetscInt    mesh_nodes, mesh_cells;
   PetscReal   mesh_step, mesh_cost; /* [s] for estimates: wave across the shortest edge; work of one explicit step */
   PetscInt    grain;     /* which part the particles at hand are, where several bodies of grains share a model */

@@ -198,6 +198,33 @@ PetscErrorCode AppCasePack(AppCase *c)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The group of each particle: 1 + the first of dem.cohesive_groups that its centre lies in, 0 in none. */
+static PetscErrorCode SetJoints(AppCase *c, const char *body)
+{
+  char       path[256];
+  PetscInt  *group;
+  PetscBool *inside;
+
+  PetscFunctionBegin;
+  if (!c->n_joints) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.cohesive_groups", body));
+  if (!c->part[0].cohesive) PetscCall(SceneFail(c->scene, path, "groups that do not bond push and rub, which law: cohesive or published describes; add one to the material"));
+  PetscCall(PetscCalloc1(c->packing.n, &group));
+  PetscCall(PetscMalloc1(c->packing.n, &inside));
+  for (PetscInt k = c->n_joints - 1; k >= 0; k--) {
+    PetscCall(DemBodyInside(&c->joint[k], c->packing.n, c->packing.x, inside));
+    for (PetscInt p = 0; p < c->packing.n; p++)
+      if (inside[p]) group[p] = k + 1;
+    PetscCall(DemBodyDestroy(&c->joint[k]));
+  }
+  AppCallAt(c->scene, path, DemModelSetGroups(c->dem, group));
+  PetscCall(PetscFree(group));
+  PetscCall(PetscFree(inside));
+  PetscCall(PetscFree(c->joint));
+  c->n_joints = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
 {
   const AppPart    *part     = AppGrains(c);
@@ -231,6 +258,7 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
   PetscCall(DemModelSetBonded(c->dem, bonded));
   AppCallAt(c->scene, path, DemModelSetBody(c->dem, &c->body, &c->packing, bonded ? &c->cells : NULL));
+  PetscCall(SetJoints(c, part->name));
   PetscCall(DemCellsDestroy(&c->cells));
   PetscCall(DemPackingDestroy(&c->packing));
   PetscCall(Rain(c, &rain, &count));
@@ -426,6 +454,8 @@ PetscErrorCode AppCaseDestroy(AppCase *c)
   PetscCall(DemBodyDestroy(&c->body));
   if (c->split.dim) PetscCall(CouplingSplitDestroy(&c->split));
   PetscCall(MeshDestroy(&c->mesh));
+  for (PetscInt k = 0; k < c->n_joints; k++) PetscCall(DemBodyDestroy(&c->joint[k]));
+  PetscCall(PetscFree(c->joint));
   for (PetscInt k = 0; k < c->n_loads; k++) PetscCall(TableDestroy(&c->load[k].table));
   PetscCall(PetscFree(c->frequency));
   PetscCall(PetscFree(c->load));

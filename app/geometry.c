@@ -138,6 +138,28 @@ static PetscErrorCode ReadRule(AppCase *c, AppPart *part)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Groups whose particles bond among themselves only: the parts of the mesh they fill. */
+static PetscErrorCode ReadJoints(AppCase *c, const char *body)
+{
+  char      path[256];
+  PetscBool has;
+
+  PetscFunctionBegin;
+  Path(path, "bodies.%s.dem.cohesive_groups", body);
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  if (c->method == APP_COUPLED || !c->mesh.n_cells) PetscCall(SceneFail(c->scene, path, "groups of particles are physical groups of a .geo or .msh file, of a body that is particles alone; here there is none"));
+  PetscCall(SceneGetSize(c->scene, path, &c->n_joints));
+  PetscCall(PetscCalloc1(c->n_joints, &c->joint));
+  for (PetscInt k = 0; k < c->n_joints; k++) {
+    const char *name;
+
+    PetscCall(SceneGetEntry(c->scene, path, k, &name));
+    AppCallAt(c->scene, path, DemBodyCreateFromMesh(&c->mesh, name, c->thickness, &c->joint[k]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Two numbers, or nine and their axes. */
 static PetscErrorCode ReadElastic(AppCase *c, AppPart *part)
 {
@@ -559,8 +581,10 @@ static PetscErrorCode ReadDemBody(AppCase *c)
     PetscCall(CheckPartGroup(c, AppGrains(c), c->mesh.n_groups, group));
     PetscCall(PetscFree(group));
     AppCallAt(c->scene, path, DemBodyCreateFromMesh(&c->mesh, AppGrains(c)->group, c->thickness, &c->body));
+    PetscCall(ReadJoints(c, body));
     PetscCall(MeshDestroy(&c->mesh));
   }
+  if (!c->joint) PetscCall(ReadJoints(c, body));
   c->made_bodies++;
   PetscCall(ShareBodyGroups(c));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -175,6 +175,10 @@ static PetscErrorCode CheckWord(Scene scene, SceneNode node, const SceneKey *row
   PetscInt    n = SceneKeyChoices(row, WORDS, word, later, group), found = -1;
 
   PetscFunctionBegin;
+  if (!row->choices) { /* any text */
+    node->good = PETSC_TRUE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   Label(node, sizeof(label), label);
   for (PetscInt k = 0; k < n; k++) {
     snprintf(shown[k], sizeof(shown[k]), "%s%s", word[k], group[k] ? "(group)" : "");

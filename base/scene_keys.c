@@ -140,6 +140,7 @@ static const SceneKey keys[] = {
   {"bodies.*.dem.clump.centre",                SCENE_VECTOR, "m",     NULL,        NULL,         NULL, "5.93", "of mass, beside mass", 0},
   {"bodies.*.dem.clump.inertia",               SCENE_VECTOR, "kg m2", NULL,        POSITIVE,     NULL, "5.93", "moments about x, y, z through the centre, which are the principal axes, beside mass", 0},
   {"bodies.*.dem.pressure_area",               SCENE_CHOICE, "",      "facet",     NULL,         "facet sphere", "4.48", "sphere: a pressed particle takes p pi r2 (2D: 2 p r) at its centre, as the papers do; not with exact", 0},
+  {"bodies.*.dem.cohesive_groups",             SCENE_WORDS,  "",      NULL,        NULL,         NULL, "4.64",  "physical groups of the geometry file whose particles bond among themselves only; what is in none of them is one more group. Between two groups they push and rub", 0},
   {"bodies.*.dem.bonded",                      SCENE_BOOL,   "",      "true",      NULL,         NULL, "4.6",   "false: loose grains", 0},
   {"bodies.*.initial_stress",                  SCENE_MAP,    "",      NULL,        NULL,         NULL, "2.76",  "in-situ stress before any displacement; components add to what depth gives", SCENE_FEM},
   {"bodies.*.initial_stress.xx",               SCENE_REAL,   "Pa",    "0 Pa",      NULL,         NULL, "2.76",  "positive is tension", 0},

@@ -48,4 +48,5 @@ PetscErrorCode DemBodyCreateFromMesh(const Mesh *mesh, const char *group, PetscR
 PetscErrorCode DemBodyDestroy(DemBody *body);
 
 PetscReal      DemBodyVolume(const DemBody *body);                                     /* [m3], area x thickness in 2D */
+PetscErrorCode DemBodyInside(const DemBody *body, PetscInt n, const PetscReal x[], PetscBool inside[]); /* x [n][3] */
 PetscErrorCode DemBodyFindFace(const DemBody *body, const char *name, PetscInt *face); /* -1 when absent */

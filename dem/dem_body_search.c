@@ -369,3 +369,16 @@ PetscInt DemBodySearchWalls(const DemBodySearch *search, const PetscReal x[3], P
   }
   return kept;
 }
+
+PetscErrorCode DemBodyInside(const DemBody *body, PetscInt n, const PetscReal x[], PetscBool inside[])
+{
+  DemBodySearch search;
+  PetscReal     width = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt d = 0; d < body->dim; d++) width = PetscMax(width, body->high[d] - body->low[d]);
+  PetscCall(DemBodySearchCreate(body, 0, width / PetscMax(1, PetscPowReal((PetscReal)body->n_pieces, 1.0 / body->dim)), &search)); /* about a piece to a cell */
+  for (PetscInt p = 0; p < n; p++) inside[p] = DemBodySearchInside(&search, x + 3 * p);
+  PetscCall(DemBodySearchDestroy(&search));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -122,6 +122,7 @@ void DemPairLaw_Internal(DemModel model, PetscInt k, const DemPairView *view, Pe
 
         crack->work[k] += 0.5 * (hist[DEM_PAST_PUSH * m] + most) * (hist[DEM_PAST_SET * m] - set);
         hist[DEM_PAST_SET * m] = set;
+        crack->state[k] |= DEM_BOND_WATCHED; /* from now on the plain spring is not its force, however small that is */
         elastic                = pair.open - set;
         push                   = most;
       }

@@ -195,6 +195,8 @@ static PetscErrorCode TestCompression(void)
     set = -0.5 * (e1 + e2) * h + 0.5 * (L1 + L2) * t.A / t.kn;
     PetscCall(Move(&t, set - 0.1 * e1 * h, 0, 10, &N, &T)); /* unloads with E */
     CheckClose(N, -0.1 * L1 * t.A, 1e-5);
+    PetscCall(Move(&t, set + 0.4 * e1 * h, 0, 100, &N, &T)); /* still shorter than at rest, by less than any limit: but longer than its set, so it pulls */
+    CheckClose(N, 0.4 * L1 * t.A, 1e-5);
     PetscCall(Move(&t, -0.5 * (e1 + e2) * h, 0, 10, &N, &T)); /* and comes back to where it left */
     CheckClose(N, -0.5 * (L1 + L2) * t.A, 1e-6);
     PetscCall(Move(&t, -e2 * h, 0, 1000, &N, &T));
