@@ -116,6 +116,7 @@ typedef struct {
   DemBody    *joint; /* [n_joints] bodies.*.dem.cohesive_groups; freed once the particles know their group */
   PetscInt    n_joints;
   PetscInt    mesh_nodes, mesh_cells;
+  PetscInt    mesh_order; /* 2: every element of the body is quadratic */
   PetscReal   mesh_step, mesh_cost; /* [s] for estimates: wave across the shortest edge; work of one explicit step */
   PetscInt    grain;     /* which part the particles at hand are, where several bodies of grains share a model */
   DemBody    *grain_body; /* [n_parts], of those; body is then the box about them all */

@@ -446,16 +446,21 @@ static PetscErrorCode RestrictMesh(AppCase *c)
 
 static PetscErrorCode ShareMeshGroups(AppCase *c)
 {
-  PetscInt n[3] = {c->mesh.n_groups, c->mesh.n_nodes, 0};
+  PetscInt n[4] = {c->mesh.n_groups, c->mesh.n_nodes, 0, 2};
 
   PetscFunctionBegin;
-  for (PetscInt e = 0; e < c->mesh.n_cells; e++) n[2] += MeshCellDim(c->mesh.type[e]) == c->mesh.dim;
-  PetscCallMPI(MPI_Bcast(n, 3, MPIU_INT, 0, c->comm));
+  for (PetscInt e = 0; e < c->mesh.n_cells; e++) {
+    if (MeshCellDim(c->mesh.type[e]) != c->mesh.dim) continue;
+    n[2]++;
+    if (MeshCellLinear(c->mesh.type[e]) == c->mesh.type[e]) n[3] = 1;
+  }
+  PetscCallMPI(MPI_Bcast(n, 4, MPIU_INT, 0, c->comm));
   PetscCallMPI(MPI_Bcast(&c->mesh_step, 1, MPIU_REAL, 0, c->comm));
   PetscCallMPI(MPI_Bcast(&c->mesh_cost, 1, MPIU_REAL, 0, c->comm));
   c->n_groups   = n[0];
   c->mesh_nodes = n[1];
   c->mesh_cells = n[2];
+  c->mesh_order = n[3];
   PetscCall(PetscCalloc1(c->n_groups + 1, &c->group));
   for (PetscInt g = 0; !c->rank && g < c->n_groups; g++) {
     PetscCall(PetscStrncpy(c->group[g].name, c->mesh.group[g].name, sizeof(c->group[g].name)));

@@ -90,10 +90,11 @@ PetscErrorCode FemModelSetCellWeights(FemModel model, const PetscReal weight[]);
 PetscErrorCode FemModelSetExtraMass(FemModel model, const PetscReal mass[]);
 
 PetscErrorCode FemModelSetUp(FemModel model);
-/* How systems with a body's matrix are solved: a rule by size, Poisson's ratio and ranks, or what -fem_ksp_type and -fem_pc_type say. */
-typedef enum { FEM_CHOLMOD, FEM_MUMPS, FEM_MULTIGRID } FemSolver;
-FemSolver      FemSolverRule(PetscInt dim, PetscReal dofs, PetscReal poisson, PetscInt ranks); /* poisson: the largest of the body */
-PetscErrorCode FemSolverWords(PetscInt dim, PetscReal dofs, PetscReal poisson, PetscInt ranks, size_t size, char words[]); /* options included */
+/* How systems with a body's matrix are solved: a rule by size, order, Poisson's ratio and ranks, or what -fem_ksp_type and -fem_pc_type
+   say. order: 2 where all elements are quadratic and the run is static; poisson: the largest of the body. */
+typedef enum { FEM_CHOLMOD, FEM_MUMPS, FEM_MULTIGRID, FEM_TWO_LEVEL } FemSolver;
+FemSolver      FemSolverRule(PetscInt dim, PetscInt order, PetscReal dofs, PetscReal poisson, PetscInt ranks);
+PetscErrorCode FemSolverWords(PetscInt dim, PetscInt order, PetscReal dofs, PetscReal poisson, PetscInt ranks, size_t size, char words[]); /* options included */
 
 /* Explicit: 2/omega_max by power iteration to 1 %, and the rigorous element bound that never exceeds it.
    Static: PETSC_MAX_REAL. Eq. (2.12). sets: which element sets it, for the plan. */

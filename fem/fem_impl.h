@@ -10,6 +10,7 @@
 #include <petscksp.h>
 #include <petscsf.h>
 #include "fem.h"
+#include "fem_batch.h"
 #include "fem_body.h"
 #include "fem_element.h"
 
@@ -158,6 +159,31 @@ typedef struct {
 
 typedef enum { FEM_ROWS, FEM_ELEMENTS } FemOperator;
 
+/* Up to FEM_LANES elements of one kind and material. */
+typedef struct {
+  FemBatchKind kind;
+  MeshCellType type;
+  PetscInt     material, n, first; /* its elements: cell[first .. first + n) */
+  PetscInt     node;               /* its nodes in FemBatches.node */
+  size_t       constant;           /* its block in FemBatches.constant, shared with others of the same shape unless it */
+  PetscBool    owns;               /* is the first */
+} FemBatch;
+
+/* fem_batch.c; NULL where forces are taken otherwise */
+typedef struct {
+  PetscInt   n, n_node;
+  FemBatch  *batch;
+  PetscInt  *cell;     /* [n_cells] in the order of batches */
+  PetscInt  *node;     /* [n_node] dim x local node: per batch [nodes][FEM_LANES] */
+  FemLanes  *constant; /* inside room, aligned */
+  size_t     n_constants;
+  PetscReal *room;
+  PetscInt  *touch_start, *touch; /* several threads: entries of force that add to an owned node, [n_own + 1] and theirs */
+  PetscReal *force;               /* per batch [nodes][dim][FEM_LANES] */
+} FemBatches;
+
+typedef struct _FemMultigrid *FemMultigrid; /* fem_multigrid.c; NULL unless it preconditions */
+
 typedef struct _FemRecovery *FemRecovery; /* fem_recover.h; NULL until a recovered field, an error or a probe is asked for */
 typedef struct _FemProbes   *FemProbes;   /* fem_probe.c; NULL without probes */
 
@@ -227,6 +253,8 @@ struct _p_FemModel {
   PetscReal  *cell_dN, *cell_w, *cell_f; /* element operator: gradients (enhanced: stiffness), weights, forces */
   PetscInt   *cell_point, *cell_at;      /* [n_cells] first point, first entry of dN; */
   PetscInt   *touch_start, *touch;       /* [n_own + 1], entries of cell_f rows that add to a node */
+  FemBatches *batches;
+  FemMultigrid multigrid;
 
   /* state at t */
   PetscReal  t, dt_last;
@@ -349,6 +377,13 @@ void           FemCellStress(FemModel model, PetscInt cell, const PetscReal *ue,
 void           FemCellGather(FemModel model, PetscInt cell, const PetscReal *u, PetscReal *ue);
 PetscReal      FemDot(FemModel model, const PetscReal *a, const PetscReal *b); /* owned dofs of this rank, same bits for any threads */
 PetscErrorCode FemSum(FemModel model, PetscInt n, PetscReal *value);           /* over ranks */
+/* fem_batch.c: f = K u by batches of elements, owned nodes; u [n_loc*dim] with ghosts filled */
+PetscErrorCode FemBatchesCreate(FemModel model);
+PetscErrorCode FemBatchesDestroy(FemModel model);
+void           FemBatchesApply(FemModel model, const PetscReal *u, PetscReal *f);
+/* fem_multigrid.c */
+PetscErrorCode FemMultigridCreate(FemModel model); /* K as an operator, its preconditioner, the solver's vectors */
+PetscErrorCode FemMultigridDestroy(FemModel model);
 /* fem_eigen.c */
 PetscErrorCode FemBoundStep(FemModel model);
 PetscReal      FemNoise(PetscInt64 number); /* in [-1/2, 1/2), a function of the number alone */
@@ -361,7 +396,10 @@ void           FemMassAddToRows(FemModel model, const PetscReal *mass, PetscReal
 PetscErrorCode FemMassSolve(FemModel model, const PetscReal *mass, PetscReal *f, PetscReal *a);
 /* fem_solver.c */
 PetscErrorCode FemMatrixCreate(FemModel model, const PetscReal *value, PetscReal *diagonal, Mat *matrix);
-PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value); /* values in the pattern of rows */
+PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value); /* values in the pattern of rows; NULL: without a matrix, by FemMultigrid */
+PetscErrorCode FemSolverWants(FemModel model, FemSolver *solver); /* the rule's choice for this model, or the options' */
+PetscErrorCode FemRigidModes(FemModel model, Mat matrix, PetscInt n, const PetscInt *node); /* near null space of a matrix over these owned nodes [n]; NULL: all */
+PetscErrorCode FemPrefer(const char *name, const char *value); /* an option of ours, unless the user gave it */
 PetscErrorCode FemSolverSolve(FemModel model);
 PetscErrorCode FemSolverDestroy(FemModel model);
 /* fem_absorb.c */

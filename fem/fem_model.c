@@ -467,6 +467,7 @@ PetscErrorCode FemModelDestroy(FemModel *model)
   PetscCall(FemMeshDestroy(m));
   PetscCall(FemRowsDestroy(m));
   PetscCall(FemElementsDestroy(m));
+  PetscCall(FemBatchesDestroy(m));
   PetscCall(FemInnerDestroy(m));
   for (PetscInt k = 0; k < m->n_fixes; k++) PetscCall(TableDestroy(&m->fix[k].table));
   for (PetscInt k = 0; k < m->n_loads; k++) {

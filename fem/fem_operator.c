@@ -298,7 +298,8 @@ PetscErrorCode FemApply(FemModel model, const PetscReal *u, PetscReal *f)
 {
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(FEM_Force, 0, 0, 0, 0));
-  if (model->rows.value) ApplyRows(model, u, f);
+  if (model->batches) FemBatchesApply(model, u, f);
+  else if (model->rows.value) ApplyRows(model, u, f);
   else PetscCall(ApplyElements(model, u, f));
   PetscCall(PetscLogEventEnd(FEM_Force, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);

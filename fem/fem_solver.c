@@ -4,7 +4,7 @@
   Fixed dofs stay in the matrix as scaled identity rows, so the blocks stay whole and algebraic multigrid coarsens by nodes
   (their columns' share is the caller's, on the right-hand side). The pattern is that of all blocks, zeros included.
   Small: a Cholesky factor, CHOLMOD on one rank, MUMPS on more, made at the first solve and kept. Large: CG with GAMG on the
-  rigid-body modes. Options: -fem_...
+  rigid-body modes, or, where all elements are quadratic, without a matrix: fem_multigrid.c. Options: -fem_...
 */
 #include "fem_impl.h"
 
@@ -76,17 +76,18 @@ PetscErrorCode FemMatrixCreate(FemModel model, const PetscReal *value, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode AttachRigidModes(FemModel model, Mat matrix)
+PetscErrorCode FemRigidModes(FemModel model, Mat matrix, PetscInt n_nodes, const PetscInt *node)
 {
-  Vec          coordinates;
-  PetscScalar *x;
-  MatNullSpace modes;
+  const PetscInt dim = model->dim;
+  Vec            coordinates;
+  PetscScalar   *x, *all;
+  MatNullSpace   modes;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(matrix, &coordinates, NULL));
-  PetscCall(VecSetBlockSize(coordinates, model->dim));
+  PetscCall(VecSetBlockSize(coordinates, dim));
   PetscCall(VecGetArray(coordinates, &x));
-  PetscCall(PetscArraycpy(x, model->x, model->n_own * model->dim));
+  for (PetscInt i = 0; i < n_nodes; i++) PetscCall(PetscArraycpy(&x[i * dim], &model->x[(node ? node[i] : i) * dim], dim));
   PetscCall(VecRestoreArray(coordinates, &x));
   PetscCall(MatNullSpaceCreateRigidBody(coordinates, &modes));
   if (model->frame_of) { /* the modes as nodes with a frame see them */
@@ -94,11 +95,15 @@ static PetscErrorCode AttachRigidModes(FemModel model, Mat matrix)
     PetscInt   n;
 
     PetscCall(MatNullSpaceGetVecs(modes, NULL, &n, &mode));
+    PetscCall(PetscCalloc1(model->n_own * dim, &all));
     for (PetscInt k = 0; k < n; k++) {
       PetscCall(VecGetArray(mode[k], &x));
-      FemIntoFrames(model, x);
+      for (PetscInt i = 0; i < n_nodes; i++) PetscCall(PetscArraycpy(&all[(node ? node[i] : i) * dim], &x[i * dim], dim));
+      FemIntoFrames(model, all);
+      for (PetscInt i = 0; i < n_nodes; i++) PetscCall(PetscArraycpy(&x[i * dim], &all[(node ? node[i] : i) * dim], dim));
       PetscCall(VecRestoreArray(mode[k], &x));
     }
+    PetscCall(PetscFree(all));
   }
   PetscCall(MatSetNearNullSpace(matrix, modes));
   PetscCall(MatNullSpaceDestroy(&modes));
@@ -106,8 +111,7 @@ static PetscErrorCode AttachRigidModes(FemModel model, Mat matrix)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An option of ours, unless the user gave it. */
-static PetscErrorCode Prefer(const char *name, const char *value)
+PetscErrorCode FemPrefer(const char *name, const char *value)
 {
   PetscBool given;
 
@@ -117,55 +121,64 @@ static PetscErrorCode Prefer(const char *name, const char *value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-FemSolver FemSolverRule(PetscInt dim, PetscReal dofs, PetscReal poisson, PetscInt ranks)
+FemSolver FemSolverRule(PetscInt dim, PetscInt order, PetscReal dofs, PetscReal poisson, PetscInt ranks)
 {
   const PetscReal more = poisson > 0.3 ? PetscSqrtReal(0.4 / PetscMax(1 - 2 * poisson, 1e-12)) : 1; /* eq. (2.82): as the iterations of multigrid grow */
   const PetscReal most = DIRECT_MOST_3D * PetscMin(10, (dim == 3 ? 1 : 10) * more);
 
-  return dofs > most && poisson <= MULTIGRID_LOST ? FEM_MULTIGRID : ranks == 1 ? FEM_CHOLMOD : FEM_MUMPS;
+  if (dofs > most && poisson <= MULTIGRID_LOST) return order == 2 ? FEM_TWO_LEVEL : FEM_MULTIGRID;
+  return ranks == 1 ? FEM_CHOLMOD : FEM_MUMPS;
 }
 
 /* The rule, unless -fem_pc_type asks for a factor or for multigrid: then with all that goes with it. */
-static PetscErrorCode RuleOrOptions(PetscInt dim, PetscReal dofs, PetscReal poisson, PetscInt ranks, FemSolver *rule)
+static PetscErrorCode RuleOrOptions(PetscInt dim, PetscInt order, PetscReal dofs, PetscReal poisson, PetscInt ranks, FemSolver *rule)
 {
-  PetscBool has, gamg, cholesky;
+  PetscBool has, gamg, two, cholesky;
   char      pc[64];
 
   PetscFunctionBegin;
-  *rule = FemSolverRule(dim, dofs, poisson, ranks);
+  *rule = FemSolverRule(dim, order, dofs, poisson, ranks);
   PetscCall(PetscOptionsGetString(NULL, "fem_", "-pc_type", pc, sizeof(pc), &has));
   if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscStrcmp(pc, PCMG, &two));
   PetscCall(PetscStrcmp(pc, PCGAMG, &gamg));
   PetscCall(PetscStrcmp(pc, PCCHOLESKY, &cholesky));
-  if (gamg) *rule = FEM_MULTIGRID;
+  if (two && order == 2) *rule = FEM_TWO_LEVEL;
+  else if (gamg || *rule == FEM_TWO_LEVEL) *rule = FEM_MULTIGRID; /* any other wants a matrix */
   if (cholesky) *rule = ranks == 1 ? FEM_CHOLMOD : FEM_MUMPS;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FemSolverWords(PetscInt dim, PetscReal dofs, PetscReal poisson, PetscInt ranks, size_t size, char words[])
+PetscErrorCode FemSolverWords(PetscInt dim, PetscInt order, PetscReal dofs, PetscReal poisson, PetscInt ranks, size_t size, char words[])
 {
-  static const char *const names[] = {"Cholesky (CHOLMOD)", "Cholesky (MUMPS)", "conjugate gradients with multigrid (GAMG on the rigid-body modes)"}; /* FemSolver */
+  static const char *const names[] = {"Cholesky (CHOLMOD)", "Cholesky (MUMPS)", "conjugate gradients with multigrid (GAMG on the rigid-body modes)",
+                                      "conjugate gradients with two-level multigrid (quadratic without a matrix, linear by GAMG)"}; /* FemSolver */
   FemSolver                rule;
   char                     ksp[64], pc[64];
   PetscBool                has_ksp, has_pc;
 
   PetscFunctionBegin;
-  PetscCall(RuleOrOptions(dim, dofs, poisson, ranks, &rule));
+  PetscCall(RuleOrOptions(dim, order, dofs, poisson, ranks, &rule));
   PetscCall(PetscOptionsGetString(NULL, "fem_", "-ksp_type", ksp, sizeof(ksp), &has_ksp));
   PetscCall(PetscOptionsGetString(NULL, "fem_", "-pc_type", pc, sizeof(pc), &has_pc));
-  if (!has_ksp) PetscCall(PetscStrncpy(ksp, rule == FEM_MULTIGRID ? KSPCG : KSPPREONLY, sizeof(ksp)));
-  if (!has_pc) PetscCall(PetscStrncpy(pc, rule == FEM_MULTIGRID ? PCGAMG : PCCHOLESKY, sizeof(pc)));
+  if (!has_ksp) PetscCall(PetscStrncpy(ksp, rule >= FEM_MULTIGRID ? KSPCG : KSPPREONLY, sizeof(ksp)));
+  if (!has_pc) PetscCall(PetscStrncpy(pc, rule == FEM_TWO_LEVEL ? PCMG : rule == FEM_MULTIGRID ? PCGAMG : PCCHOLESKY, sizeof(pc)));
   if (has_ksp || has_pc) PetscCall(PetscSNPrintf(words, size, "%s with %s, by the options given", ksp, pc));
   else PetscCall(PetscStrncpy(words, names[rule], size));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscReal LargestPoisson(FemModel model)
+PetscErrorCode FemSolverWants(FemModel model, FemSolver *solver)
 {
-  PetscReal largest = -1;
+  PetscReal poisson = -1;
+  PetscInt  linear  = 0;
 
-  for (PetscInt r = 0; r < model->n_regions; r++) largest = PetscMax(largest, model->region[r].material.poisson);
-  return largest;
+  PetscFunctionBegin;
+  for (PetscInt r = 0; r < model->n_regions; r++) poisson = PetscMax(poisson, model->region[r].material.poisson);
+  for (PetscInt c = 0; c < model->n_cells; c++) linear += MeshCellLinear((MeshCellType)model->cell_type[c]) == (MeshCellType)model->cell_type[c];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &linear, 1, MPIU_INT, MPI_SUM, model->comm));
+  PetscCall(RuleOrOptions(model->dim, model->method == FEM_STATIC && !linear ? 2 : 1, (PetscReal)model->N_nodes * model->dim, poisson, model->size, solver));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value)
@@ -175,17 +188,20 @@ PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value)
   PC        pc;
 
   PetscFunctionBegin;
-  PetscCall(RuleOrOptions(model->dim, (PetscReal)model->N_nodes * model->dim, LargestPoisson(model), model->size, &rule));
-  PetscCall(FemMatrixCreate(model, value, &model->diagonal, &model->K));
-  PetscCall(MatSetOption(model->K, MAT_SPD, PETSC_TRUE));
-  PetscCall(MatSetOption(model->K, MAT_SPD_ETERNAL, PETSC_TRUE));
-  PetscCall(MatCreateVecs(model->K, &model->solution, &model->rhs));
-  PetscCall(AttachRigidModes(model, model->K));
+  PetscCall(FemSolverWants(model, &rule));
+  if (value) {
+    PetscCall(FemMatrixCreate(model, value, &model->diagonal, &model->K));
+    PetscCall(MatSetOption(model->K, MAT_SPD, PETSC_TRUE));
+    PetscCall(MatSetOption(model->K, MAT_SPD_ETERNAL, PETSC_TRUE));
+    PetscCall(MatCreateVecs(model->K, &model->solution, &model->rhs));
+    PetscCall(FemRigidModes(model, model->K, model->n_own, NULL));
+  }
   PetscCall(KSPCreate(model->comm, &model->ksp));
   PetscCall(KSPSetOptionsPrefix(model->ksp, "fem_"));
-  PetscCall(KSPSetOperators(model->ksp, model->K, model->K));
   PetscCall(KSPGetPC(model->ksp, &pc));
-  if (rule != FEM_MULTIGRID) {
+  if (value) PetscCall(KSPSetOperators(model->ksp, model->K, model->K));
+  else PetscCall(FemMultigridCreate(model));
+  if (rule < FEM_MULTIGRID) {
     PetscCall(KSPSetType(model->ksp, KSPPREONLY));
     PetscCall(PCSetType(pc, PCCHOLESKY));
     PetscCall(PCFactorSetMatSolverType(pc, rule == FEM_CHOLMOD ? MATSOLVERCHOLMOD : MATSOLVERMUMPS));
@@ -194,12 +210,12 @@ PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value)
                                           {"-fem_pc_gamg_esteig_ksp_type", "cg"},      {"-fem_pc_gamg_esteig_ksp_max_it", "10"},    {"-fem_mg_levels_ksp_type", "chebyshev"}, {"-fem_mg_levels_ksp_max_it", "2"},
                                           {"-fem_mg_levels_ksp_chebyshev_esteig", "0,0.05,0,1.1"}, {"-fem_mg_levels_pc_type", "jacobi"}};
 
-    for (size_t k = 0; k < sizeof(ours) / sizeof(ours[0]); k++) PetscCall(Prefer(ours[k][0], ours[k][1]));
+    for (size_t k = 0; k < sizeof(ours) / sizeof(ours[0]) && value; k++) PetscCall(FemPrefer(ours[k][0], ours[k][1]));
     PetscCall(KSPSetType(model->ksp, KSPCG));
     PetscCall(KSPSetNormType(model->ksp, KSP_NORM_UNPRECONDITIONED));
     PetscCall(KSPSetTolerances(model->ksp, 1e-11, 1e-300, PETSC_DEFAULT, 2000));
     PetscCall(KSPSetInitialGuessNonzero(model->ksp, PETSC_TRUE)); /* the last step's answer */
-    PetscCall(PCSetType(pc, PCGAMG));
+    if (value) PetscCall(PCSetType(pc, PCGAMG));
   }
   PetscCall(KSPSetFromOptions(model->ksp));
   PetscCall(PetscObjectTypeCompare((PetscObject)model->ksp, KSPPREONLY, &preonly)); /* the user may have asked for a factor */
@@ -234,6 +250,7 @@ PetscErrorCode FemSolverDestroy(FemModel model)
 {
   PetscFunctionBegin;
   PetscCall(KSPDestroy(&model->ksp));
+  PetscCall(FemMultigridDestroy(model));
   PetscCall(MatDestroy(&model->K));
   PetscCall(VecDestroy(&model->rhs));
   PetscCall(VecDestroy(&model->solution));

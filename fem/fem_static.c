@@ -5,12 +5,20 @@
 
 PetscErrorCode FemStaticSetUp(FemModel model)
 {
+  FemSolver solver;
+
   PetscFunctionBegin;
   BaseCheckInput(model->alpha == 0, model->comm, "Damping of %g 1/s needs the explicit or the implicit method; a static body has no velocity", (double)model->alpha);
   for (PetscInt d = 0; d < 3; d++) BaseCheckInput(model->velocity0[d] == 0, model->comm, "An initial velocity needs the explicit or the implicit method; a static body has no inertia");
   PetscCall(FemCheckRigidMotion(model));
   model->initial = FemPrestressEnergy(model);
   PetscCall(FemSum(model, 1, &model->initial));
+  PetscCall(FemSolverWants(model, &solver));
+  if (solver == FEM_TWO_LEVEL) {
+    PetscCall(FemBatchesCreate(model));
+    PetscCall(FemSolverCreate(model, NULL));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(FemRowsCreate(model));
   FemRowsIntoFrames(model, model->rows.value);
   PetscCall(FemSolverCreate(model, model->rows.value));
@@ -51,6 +59,8 @@ static PetscErrorCode SolveAt(FemModel model, PetscReal t)
   PetscCall(VecGetArrayWrite(model->solution, &s));
   PetscCall(PetscArraycpy(s, model->u, n));
   FemIntoFrames(model, s);
+  for (PetscInt k = 0; k < n; k++)
+    if (FemHeld(model, k) >= 0) s[k] = place[FemHeld(model, k)];
   PetscCall(VecRestoreArrayWrite(model->solution, &s));
   for (PetscInt k = 0; k < n; k++) model->u[k] = FemHeld(model, k) >= 0 ? place[FemHeld(model, k)] : 0;
   FemOutOfFrames(model, model->u);

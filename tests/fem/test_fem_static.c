@@ -411,21 +411,23 @@ static PetscErrorCode TestSolverIsNamed(void)
   char words[128];
 
   PetscFunctionBeginUser;
-  CheckInt(FemSolverRule(3, 19e3, 0.2, 1), FEM_CHOLMOD);
-  CheckInt(FemSolverRule(3, 19e3, 0.2, 2), FEM_MUMPS);
-  CheckInt(FemSolverRule(3, 21e3, 0.2, 1), FEM_MULTIGRID);
-  CheckInt(FemSolverRule(3, 85e3, 0.49, 1), FEM_CHOLMOD); /* 20,000 x sqrt(0.4/0.02) = 89,443 */
-  CheckInt(FemSolverRule(3, 95e3, 0.49, 1), FEM_MULTIGRID);
-  CheckInt(FemSolverRule(3, 210e3, 0.4999, 1), FEM_MULTIGRID);
-  CheckInt(FemSolverRule(3, 1e6, 0.49999, 2), FEM_MUMPS);
-  CheckInt(FemSolverRule(2, 190e3, 0.2, 1), FEM_CHOLMOD);
-  CheckInt(FemSolverRule(2, 210e3, 0.49, 1), FEM_MULTIGRID);
-  PetscCall(FemSolverWords(3, 1e3, 0.2, 1, sizeof(words), words));
+  CheckInt(FemSolverRule(3, 1, 19e3, 0.2, 1), FEM_CHOLMOD);
+  CheckInt(FemSolverRule(3, 1, 19e3, 0.2, 2), FEM_MUMPS);
+  CheckInt(FemSolverRule(3, 1, 21e3, 0.2, 1), FEM_MULTIGRID);
+  CheckInt(FemSolverRule(3, 1, 85e3, 0.49, 1), FEM_CHOLMOD); /* 20,000 x sqrt(0.4/0.02) = 89,443 */
+  CheckInt(FemSolverRule(3, 1, 95e3, 0.49, 1), FEM_MULTIGRID);
+  CheckInt(FemSolverRule(3, 1, 210e3, 0.4999, 1), FEM_MULTIGRID);
+  CheckInt(FemSolverRule(3, 1, 1e6, 0.49999, 2), FEM_MUMPS);
+  CheckInt(FemSolverRule(3, 2, 21e3, 0.2, 2), FEM_TWO_LEVEL);
+  CheckInt(FemSolverRule(3, 2, 19e3, 0.2, 2), FEM_MUMPS);
+  CheckInt(FemSolverRule(2, 1, 190e3, 0.2, 1), FEM_CHOLMOD);
+  CheckInt(FemSolverRule(2, 1, 210e3, 0.49, 1), FEM_MULTIGRID);
+  PetscCall(FemSolverWords(3, 1, 1e3, 0.2, 1, sizeof(words), words));
   CheckContains(words, "Cholesky (CHOLMOD)");
-  PetscCall(FemSolverWords(3, 1e6, 0.2, 4, sizeof(words), words));
+  PetscCall(FemSolverWords(3, 1, 1e6, 0.2, 4, sizeof(words), words));
   CheckContains(words, "conjugate gradients with multigrid");
   PetscCall(PetscOptionsInsertString(NULL, "-fem_ksp_type minres -fem_pc_type jacobi"));
-  PetscCall(FemSolverWords(3, 1e3, 0.2, 1, sizeof(words), words));
+  PetscCall(FemSolverWords(3, 1, 1e3, 0.2, 1, sizeof(words), words));
   PetscCall(PetscOptionsClearValue(NULL, "-fem_ksp_type"));
   PetscCall(PetscOptionsClearValue(NULL, "-fem_pc_type"));
   CheckContains(words, "minres with jacobi, by the options given");
