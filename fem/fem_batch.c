@@ -6,17 +6,47 @@
 /* Corners are measured in 2^-36 of the cell's size, so that cells of one shape agree to the bit and share one block. */
 #define SHAPE_BITS 36
 
+/* In the order batches are made: along is a place on the curve, or 0. */
 typedef struct {
-  PetscInt kind, type, material, cell; /* in the order batches are made */
+  PetscInt   kind, type, material, cell;
+  PetscInt64 along;
 } Key;
 
 static int ByKey(const void *a, const void *b)
 {
-  const PetscInt *p = a, *q = b;
+  const Key *p = a, *q = b;
 
-  for (PetscInt k = 0; k < 4; k++)
-    if (p[k] != q[k]) return p[k] < q[k] ? -1 : 1;
-  return 0;
+  if (p->kind != q->kind) return p->kind < q->kind ? -1 : 1;
+  if (p->type != q->type) return p->type < q->type ? -1 : 1;
+  if (p->material != q->material) return p->material < q->material ? -1 : 1;
+  if (p->along != q->along) return p->along < q->along ? -1 : 1;
+  return p->cell < q->cell ? -1 : p->cell > q->cell;
+}
+
+/* Places of elements on a Z-curve through the body's box: 20 bits of each coordinate of the first corner, woven. */
+static PetscErrorCode Along(FemModel model, Key *key)
+{
+  const PetscInt dim = model->dim;
+  PetscReal      box[6];
+
+  PetscFunctionBegin;
+  for (PetscInt d = 0; d < 3; d++) box[d] = box[3 + d] = PETSC_MAX_REAL;
+  for (PetscInt i = 0; i < model->n_own; i++)
+    for (PetscInt d = 0; d < dim; d++) {
+      box[d]     = PetscMin(box[d], model->x[i * dim + d]);
+      box[3 + d] = PetscMin(box[3 + d], -model->x[i * dim + d]);
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, box, 6, MPIU_REAL, MPIU_MIN, model->comm));
+  for (PetscInt c = 0; c < model->n_cells; c++) {
+    const PetscReal *x = &model->x[model->cell_node[model->cell_start[c]] * dim];
+
+    for (PetscInt d = 0; d < dim; d++) {
+      PetscInt at = (PetscInt)(1048575 * (x[d] - box[d]) / PetscMax(-box[3 + d] - box[d], PETSC_SMALL));
+
+      for (PetscInt b = 0; b < 20; b++) key[c].along |= (PetscInt64)(at >> b & 1) << (b * dim + d);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Every middle node in the middle? */
@@ -226,7 +256,7 @@ static PetscErrorCode FillTouch(FemModel model, FemBatches *s)
 
       for (PetscInt l = 0; l < batch->n; l++)
         for (PetscInt a = 0; a < MeshCellNodes(batch->type); a++) {
-          const PetscInt i = s->node[batch->node + a * FEM_LANES + l] / dim;
+          const PetscInt i = model->cell_node[model->cell_start[s->cell[batch->first + l]] + a];
 
           if (i >= model->n_own) continue;
           if (pass) s->touch[start[i]++] = batch->node * dim + a * dim * FEM_LANES + l;
@@ -241,16 +271,17 @@ static PetscErrorCode FillTouch(FemModel model, FemBatches *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FemBatchesCreate(FemModel model)
+PetscErrorCode FemBatchesCreate(FemModel model, PetscBool sort)
 {
   FemBatches *s;
   Key        *key;
-  PetscInt    nodes = 0;
+  PetscInt    nodes = 0, met = 0;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&s));
   PetscCall(PetscMalloc1(model->n_cells, &key));
-  for (PetscInt c = 0; c < model->n_cells; c++) key[c] = (Key){(PetscInt)KindOf(model, c), model->cell_type[c], model->cell_material[c], c};
+  for (PetscInt c = 0; c < model->n_cells; c++) key[c] = (Key){(PetscInt)KindOf(model, c), model->cell_type[c], model->cell_material[c], c, 0};
+  if (sort) PetscCall(Along(model, key));
   qsort(key, model->n_cells, sizeof(Key), ByKey);
   PetscCall(PetscMalloc2(model->n_cells, &s->batch, model->n_cells, &s->cell));
   for (PetscInt c = 0; c < model->n_cells; c++) {
@@ -266,6 +297,13 @@ PetscErrorCode FemBatchesCreate(FemModel model)
   PetscCall(PetscFree(key));
   s->n_node = nodes;
   PetscCall(PetscMalloc1(nodes, &s->node));
+  if (sort) {
+    PetscCall(PetscMalloc3(model->n_loc, &s->place, model->n_loc * model->dim, &s->u, model->n_loc * model->dim, &s->f));
+    for (PetscInt i = 0; i < model->n_loc; i++) s->place[i] = -1;
+    for (PetscInt c = 0; c < model->n_cells; c++)
+      for (PetscInt k = model->cell_start[s->cell[c]]; k < model->cell_start[s->cell[c] + 1]; k++)
+        if (s->place[model->cell_node[k]] < 0) s->place[model->cell_node[k]] = met++;
+  }
   for (PetscInt b = 0; b < s->n; b++) {
     const FemBatch *batch = &s->batch[b];
 
@@ -273,12 +311,29 @@ PetscErrorCode FemBatchesCreate(FemModel model)
       for (PetscInt l = 0; l < FEM_LANES; l++) {
         const PetscInt c = s->cell[batch->first + PetscMin(l, batch->n - 1)];
 
-        s->node[batch->node + a * FEM_LANES + l] = model->cell_node[model->cell_start[c] + a] * model->dim;
+        s->node[batch->node + a * FEM_LANES + l] = model->cell_node[model->cell_start[c] + a];
+        if (sort) s->node[batch->node + a * FEM_LANES + l] = s->place[s->node[batch->node + a * FEM_LANES + l]];
+        s->node[batch->node + a * FEM_LANES + l] *= model->dim;
       }
   }
   PetscCall(FillConstants(model, s));
   if (model->threads > 1) PetscCall(FillTouch(model, s));
   model->batches = s;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where every element is a hex8 and none turns: rows would stream 2 kB of K for each. Same answer on all ranks. */
+PetscErrorCode FemBatchesWanted(FemModel model, PetscBool *wanted)
+{
+  PetscInt  other = 0;
+  PetscBool given;
+
+  PetscFunctionBegin;
+  for (PetscInt c = 0; c < model->n_cells; c++) other += model->cell_type[c] != MESH_HEX8;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &other, 1, MPIU_INT, MPI_SUM, model->comm));
+  *wanted = other || model->operator != FEM_ROWS ? PETSC_FALSE : PETSC_TRUE;
+  PetscCall(PetscOptionsGetBool(NULL, "fem_", "-batches", wanted, &given));
+  if (model->corotate.on || model->operator != FEM_ROWS || model->cell_weight) *wanted = PETSC_FALSE; /* a coupled body may take sub-steps, by rows */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -290,12 +345,22 @@ PetscErrorCode FemBatchesDestroy(FemModel model)
   if (!s) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscFree2(s->batch, s->cell));
   PetscCall(PetscFree(s->node));
+  PetscCall(PetscFree3(s->place, s->u, s->f));
   PetscCall(PetscFree(s->room));
   PetscCall(PetscFree(s->touch_start));
   PetscCall(PetscFree(s->touch));
   PetscCall(PetscFree(s->force));
   PetscCall(PetscFree(model->batches));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static inline FemLanes Pick(const PetscReal *u, const PetscInt *node)
+{
+#if FEM_LANES == 8
+  return (FemLanes){u[node[0]], u[node[1]], u[node[2]], u[node[3]], u[node[4]], u[node[5]], u[node[6]], u[node[7]]};
+#else
+  return (FemLanes){u[node[0]], u[node[1]], u[node[2]], u[node[3]]};
+#endif
 }
 
 /* Forces of one batch at displacement u into f [nodes][dim] lanes. */
@@ -306,29 +371,35 @@ static inline void BatchForce(FemModel model, const FemBatches *s, const FemBatc
   FemLanes        ue[FEM_MAX_DOFS];
 
   for (PetscInt a = 0; a < shape->nodes; a++)
-    for (PetscInt d = 0; d < dim; d++)
-      for (PetscInt l = 0; l < FEM_LANES; l++) ue[a * dim + d][l] = u[node[a * FEM_LANES + l] + d];
+    for (PetscInt d = 0; d < dim; d++) ue[a * dim + d] = Pick(u + d, &node[a * FEM_LANES]);
   FemBatchForce(batch->kind, shape, &model->law[batch->material], &s->constant[batch->constant], ue, f);
 }
 
-static void ApplyAlone(FemModel model, const FemBatches *s, const PetscReal *u, PetscReal *f)
+/* f += forces of one batch; n: beyond are ghosts, where places are not used. */
+static inline void Spread(PetscInt nodes, PetscInt dim, PetscInt lanes, PetscInt n, const PetscInt *node, const FemLanes *fe, PetscReal *f)
 {
-  const PetscInt dim = model->dim, n = model->n_own * dim;
+  const PetscReal *from = (const PetscReal *)fe;
 
+  for (PetscInt l = 0; l < lanes; l++)
+    for (PetscInt a = 0; a < nodes; a++) {
+      const PetscInt at = node[a * FEM_LANES + l];
+
+      if (at >= n) continue;
+      for (PetscInt d = 0; d < dim; d++) f[at + d] += from[(a * dim + d) * FEM_LANES + l];
+    }
+}
+
+static void ApplyAlone(FemModel model, const FemBatches *s, const PetscReal *u, PetscReal *f, PetscInt n)
+{
   for (PetscInt k = 0; k < n; k++) f[k] = 0;
   for (PetscInt b = 0; b < s->n; b++) {
-    const FemBatch  *batch = &s->batch[b];
-    const PetscInt  *node  = &s->node[batch->node], nodes = MeshCellNodes(batch->type);
-    FemLanes         fe[FEM_MAX_DOFS];
-    const PetscReal *from = (const PetscReal *)fe;
+    const FemBatch *batch = &s->batch[b];
+    const PetscInt *node  = &s->node[batch->node], nodes = MeshCellNodes(batch->type);
+    FemLanes        fe[FEM_MAX_DOFS];
 
     BatchForce(model, s, batch, u, fe);
-    for (PetscInt l = 0; l < batch->n; l++)
-      for (PetscInt a = 0; a < nodes; a++) {
-        const PetscInt at = node[a * FEM_LANES + l];
-
-        for (PetscInt d = 0; d < dim && at < n; d++) f[at + d] += from[(a * dim + d) * FEM_LANES + l];
-      }
+    if (model->dim == 3) Spread(nodes, 3, batch->n, n, node, fe, f);
+    else Spread(nodes, 2, batch->n, n, node, fe, f);
   }
 }
 
@@ -359,13 +430,16 @@ static void ApplyTogether(FemModel model, const FemBatches *s, const PetscReal *
 
 void FemBatchesApply(FemModel model, const PetscReal *u, PetscReal *f)
 {
-  if (model->batches->touch) ApplyTogether(model, model->batches, u, f);
-  else ApplyAlone(model, model->batches, u, f);
-}
+  const FemBatches *s   = model->batches;
+  const PetscInt    dim = model->dim;
+  PetscReal        *own = s->place ? s->f : f;
 
-PetscReal FemBatchesBytes(FemModel model)
-{
-  const FemBatches *s = model->batches;
-
-  return sizeof(FemLanes) * (PetscReal)s->n_constants + sizeof(PetscInt) * (PetscReal)s->n_node + sizeof(FemBatch) * (PetscReal)s->n;
+  for (PetscInt i = 0; i < model->n_loc && s->place; i++)
+    for (PetscInt d = 0; d < dim; d++) s->u[s->place[i] * dim + d] = u[i * dim + d];
+  if (s->touch) ApplyTogether(model, s, s->place ? s->u : u, f);
+  else {
+    ApplyAlone(model, s, s->place ? s->u : u, own, (s->place ? model->n_loc : model->n_own) * dim);
+    for (PetscInt i = 0; i < model->n_own && s->place; i++)
+      for (PetscInt d = 0; d < dim; d++) f[i * dim + d] = s->f[s->place[i] * dim + d];
+  }
 }

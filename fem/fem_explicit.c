@@ -13,9 +13,12 @@ PetscErrorCode FemExplicitSetUp(FemModel model)
 {
   const PetscInt dim = model->dim;
   PetscReal      energy = 0;
+  PetscBool      batches;
 
   PetscFunctionBegin;
-  if (model->operator == FEM_ROWS && !model->corotate.on) PetscCall(FemRowsCreate(model));
+  PetscCall(FemBatchesWanted(model, &batches));
+  if (batches) PetscCall(FemBatchesCreate(model, PETSC_FALSE));
+  else if (model->operator == FEM_ROWS && !model->corotate.on) PetscCall(FemRowsCreate(model));
   else PetscCall(FemElementsCreate(model));
   PetscCall(FemStart(model));
   for (PetscInt k = 0; k < model->n_own * dim; k++) energy += 0.5 * model->mass[k / dim] * model->v[k] * model->v[k];

@@ -174,7 +174,9 @@ typedef struct {
   PetscInt   n, n_node;
   FemBatch  *batch;
   PetscInt  *cell;     /* [n_cells] in the order of batches */
-  PetscInt  *node;     /* [n_node] dim x local node: per batch [nodes][FEM_LANES] */
+  PetscInt  *node;     /* [n_node] dim x place of a node: per batch [nodes][FEM_LANES] */
+  PetscInt  *place;    /* [n_loc] of each node, in the order the batches meet them; NULL: the local number */
+  PetscReal *u, *f;    /* [n_loc][dim] work, by place */
   FemLanes  *constant; /* inside room, aligned */
   size_t     n_constants;
   PetscReal *room;
@@ -378,8 +380,9 @@ void           FemCellGather(FemModel model, PetscInt cell, const PetscReal *u, 
 PetscReal      FemDot(FemModel model, const PetscReal *a, const PetscReal *b); /* owned dofs of this rank, same bits for any threads */
 PetscErrorCode FemSum(FemModel model, PetscInt n, PetscReal *value);           /* over ranks */
 /* fem_batch.c: f = K u by batches of elements, owned nodes; u [n_loc*dim] with ghosts filled */
-PetscErrorCode FemBatchesCreate(FemModel model);
+PetscErrorCode FemBatchesCreate(FemModel model, PetscBool sort); /* sort: elements and nodes along a curve through space */
 PetscErrorCode FemBatchesDestroy(FemModel model);
+PetscErrorCode FemBatchesWanted(FemModel model, PetscBool *wanted); /* do explicit forces come by batches? */
 void           FemBatchesApply(FemModel model, const PetscReal *u, PetscReal *f);
 /* fem_multigrid.c */
 PetscErrorCode FemMultigridCreate(FemModel model); /* K as an operator, its preconditioner, the solver's vectors */

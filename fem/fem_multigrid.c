@@ -531,10 +531,11 @@ static PetscErrorCode CoarseMatrix(FemModel model, FemMultigrid g)
 /* Two levels of PCMG; every part by options under -fem_mg_levels_ and -fem_mg_coarse_. */
 static PetscErrorCode Levels(FemModel model, FemMultigrid g)
 {
-  static const char *const ours[][2] = {{"-fem_mg_levels_ksp_type", "chebyshev"},         {"-fem_mg_levels_ksp_max_it", "3"},
+  static const char *const ours[][2] = {{"-fem_mg_levels_ksp_type", "chebyshev"},         {"-fem_mg_levels_ksp_max_it", "2"},
                                         {"-fem_mg_levels_ksp_chebyshev_esteig", "0,0.1,0,1.1"}, {"-fem_mg_levels_esteig_ksp_type", "cg"},
                                         {"-fem_mg_levels_esteig_ksp_max_it", "10"},       {"-fem_mg_levels_pc_type", "jacobi"},
-                                        {"-fem_mg_coarse_ksp_type", "preonly"},           {"-fem_mg_coarse_pc_type", "gamg"},
+                                        {"-fem_mg_coarse_ksp_type", "richardson"},        {"-fem_mg_coarse_ksp_max_it", "2"}, /* two cycles: 25 iterations became 20 */
+                                        {"-fem_mg_coarse_ksp_norm_type", "none"},         {"-fem_mg_coarse_pc_type", "gamg"},
                                         {"-fem_mg_coarse_pc_gamg_agg_nsmooths", "1"},     {"-fem_mg_coarse_pc_gamg_aggressive_coarsening", "1"},
                                         {"-fem_mg_coarse_pc_gamg_threshold", "0.001"},    {"-fem_mg_coarse_pc_gamg_coarse_eq_limit", "200"},
                                         {"-fem_mg_coarse_pc_gamg_esteig_ksp_type", "cg"}, {"-fem_mg_coarse_pc_gamg_esteig_ksp_max_it", "10"},

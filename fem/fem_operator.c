@@ -1,5 +1,5 @@
 /*
-  fem_operator.c - internal forces f = K u of owned nodes, in two ways.
+  fem_operator.c - internal forces f = K u of owned nodes, in two ways; a third, in lanes, is fem_batch.c.
 
   Rows: K assembled once in block rows; a product streams it through memory. Elements: forces of each element from its
   stored shape gradients (an enhanced one from its stored stiffness), then summed into nodes from a list. Both run in threads over independent outputs and sum in

@@ -15,7 +15,7 @@ PetscErrorCode FemStaticSetUp(FemModel model)
   PetscCall(FemSum(model, 1, &model->initial));
   PetscCall(FemSolverWants(model, &solver));
   if (solver == FEM_TWO_LEVEL) {
-    PetscCall(FemBatchesCreate(model));
+    PetscCall(FemBatchesCreate(model, PETSC_TRUE));
     PetscCall(FemSolverCreate(model, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -279,6 +279,10 @@ PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], Pe
     for (PetscInt k = model->cell_start[c]; k < model->cell_start[c + 1]; k++)
       if (!inner[model->cell_gid[c]] && in->place[model->cell_node[k]] >= 0) in->edge[in->place[model->cell_node[k]]] = 1;
   in->m = m;
+  if (model->batches) {
+    PetscCall(FemBatchesDestroy(model));
+    PetscCall(FemRowsCreate(model));
+  }
   PetscCall(PetscMalloc1((size_t)model->rows.start[model->n_own] * dim * dim, &value));
   PetscCall(FemRowsFill(model, inner, PETSC_TRUE, value));
   PetscCall(TakeRows(model, value));
