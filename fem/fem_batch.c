@@ -3,12 +3,20 @@
 */
 #include "fem_impl.h"
 
-/* Corners are measured in 2^-36 of the cell's size, so that cells of one shape agree to the bit and share one block. */
+/* Hexahedra whose corners agree to 2^-36 of their size are one shape and share one block of constants, that of the first of
+   them in the whole mesh; where there are more shapes than this each keeps its own. */
 #define SHAPE_BITS 36
+#define SHAPE_MOST 256
 
-/* In the order batches are made: along is a place on the curve, or 0. */
 typedef struct {
-  PetscInt   kind, type, material, cell;
+  PetscReal key[25]; /* corners from the first in units of 2^-36 of the size, and the unit [m] */
+  PetscReal x[24];   /* of the first such element */
+  PetscReal first;   /* its global number */
+} Shape;
+
+/* In the order batches are made: shape among those shared, or -1; along is a place on the curve, or 0. */
+typedef struct {
+  PetscInt   kind, type, material, shape, cell;
   PetscInt64 along;
 } Key;
 
@@ -19,6 +27,7 @@ static int ByKey(const void *a, const void *b)
   if (p->kind != q->kind) return p->kind < q->kind ? -1 : 1;
   if (p->type != q->type) return p->type < q->type ? -1 : 1;
   if (p->material != q->material) return p->material < q->material ? -1 : 1;
+  if (p->shape != q->shape) return p->shape < q->shape ? -1 : 1;
   if (p->along != q->along) return p->along < q->along ? -1 : 1;
   return p->cell < q->cell ? -1 : p->cell > q->cell;
 }
@@ -114,8 +123,8 @@ static PetscReal InverseAt(PetscInt nodes, PetscInt dim, const PetscReal *x, con
   return det;
 }
 
-/* Corners from the first, in units of 2^-36 of the cell's size; the size is a power of 2. */
-static void Measure(FemModel model, PetscInt c, PetscReal *unit, PetscReal x[24])
+/* What makes a hex8 the same shape as another; x [8][3] its corners from the first. */
+static void Measure(FemModel model, PetscInt c, PetscReal x[24], PetscReal key[25])
 {
   PetscReal size = 0;
   int       power;
@@ -125,22 +134,75 @@ static void Measure(FemModel model, PetscInt c, PetscReal *unit, PetscReal x[24]
   x[0] = x[1] = x[2] = 0;
   for (PetscInt k = 3; k < 24; k++) size = PetscMax(size, PetscAbsReal(x[k]));
   (void)frexp(size, &power);
-  *unit = ldexp(1, power - SHAPE_BITS);
-  for (PetscInt k = 3; k < 24; k++) x[k] = rint(x[k] / *unit);
+  key[24] = ldexp(1, power - SHAPE_BITS);
+  for (PetscInt k = 0; k < 24; k++) key[k] = rint(x[k] / key[24]);
 }
 
-/* Constants of a hex8 from its measured corners: the same bits for the same shape, wherever it lies. */
-static PetscErrorCode Hex8Constants(FemModel model, PetscInt c, PetscReal *constant)
+/* The place of a shape in the list, appended when new; -1 when there are too many. */
+static PetscInt Place(const Shape *one, PetscInt *n, Shape *list)
+{
+  for (PetscInt k = 0; k < *n; k++) {
+    if (memcmp(list[k].key, one->key, sizeof(one->key))) continue;
+    if (one->first < list[k].first) list[k] = *one;
+    return k;
+  }
+  if (*n == SHAPE_MOST) return -1;
+  list[*n] = *one;
+  return (*n)++;
+}
+
+static int ByFirst(const void *a, const void *b)
+{
+  const PetscReal p = ((const Shape *)a)->first, q = ((const Shape *)b)->first;
+
+  return p < q ? -1 : p > q;
+}
+
+/* All shapes of the mesh by their first element, the same list on every rank; n = 0 when they are too many. list [SHAPE_MOST] */
+static PetscErrorCode Shapes(FemModel model, PetscInt *n, Shape *list)
+{
+  const PetscInt width = sizeof(Shape) / sizeof(PetscReal);
+  PetscInt       many  = model->cell_weight ? 1 : 0;
+  Shape          one, *all;
+  PetscMPIInt    mine, *count, *at;
+
+  PetscFunctionBegin;
+  *n = 0;
+  for (PetscInt c = 0; c < model->n_cells && !many; c++) {
+    if (model->cell_type[c] != MESH_HEX8) continue;
+    Measure(model, c, one.x, one.key);
+    for (PetscInt k = 0; k < 24; k++) one.key[k] += 0.; /* no negative zero */
+    one.first = model->cell_gid[c];
+    many      = Place(&one, n, list) < 0;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &many, 1, MPIU_INT, MPI_MAX, model->comm));
+  if (many) *n = 0;
+  if (model->size > 1 && !many) {
+    PetscCall(PetscMalloc3(model->size, &count, model->size + 1, &at, SHAPE_MOST * model->size, &all));
+    mine = (PetscMPIInt)(*n * width);
+    PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, count, 1, MPI_INT, model->comm));
+    at[0] = 0;
+    for (PetscMPIInt r = 0; r < model->size; r++) at[r + 1] = at[r] + count[r];
+    PetscCallMPI(MPI_Allgatherv(list, mine, MPIU_REAL, all, count, at, MPIU_REAL, model->comm));
+    *n = 0;
+    for (PetscInt k = 0; k < at[model->size] / width && !many; k++) many = Place(&all[k], n, list) < 0;
+    if (many) *n = 0;
+    PetscCall(PetscFree3(count, at, all));
+  }
+  qsort(list, *n, sizeof(Shape), ByFirst);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Constants of a hex8 from its corners x, those of its shape where it has one. */
+static PetscErrorCode Hex8Constants(FemModel model, PetscInt c, const PetscReal x[24], PetscReal *constant)
 {
   const FemShape   *shape = FemShapeGet(MESH_HEX8);
   const FemElastic *law   = &model->law[model->cell_material[c]];
-  PetscReal         x[24], unit, dN[8 * 24], w[8], K[24 * 24], b[24] = {0}, volume = 0;
+  PetscReal         dN[8 * 24], w[8], K[24 * 24], b[24] = {0}, volume = 0;
   FemModes          modes;
   PetscBool         sound;
 
   PetscFunctionBegin;
-  Measure(model, c, &unit, x);
-  for (PetscInt k = 0; k < 24; k++) x[k] *= unit;
   (void)FemGradients(shape, x, 1, dN, w);
   for (PetscInt q = 0; q < 8; q++) w[q] *= Share(model, c);
   if (FemCellEnhanced(model, c)) {
@@ -158,15 +220,17 @@ static PetscErrorCode Hex8Constants(FemModel model, PetscInt c, PetscReal *const
 }
 
 /* What the kernel keeps of one element. */
-static PetscErrorCode Constants(FemModel model, FemBatchKind kind, PetscInt c, PetscReal *constant)
+static PetscErrorCode Constants(FemModel model, FemBatchKind kind, PetscInt c, const Shape *form, PetscReal *constant)
 {
   const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[c]);
   const PetscInt  dim   = shape->dim;
-  PetscReal       x[FEM_MAX_DOFS];
+  PetscReal       x[FEM_MAX_DOFS], key[25];
 
   PetscFunctionBegin;
-  if (kind == FEM_BATCH_HEX8) PetscCall(Hex8Constants(model, c, constant));
-  else if (kind == FEM_BATCH_DENSE) FemCellStiffness(model, c, constant);
+  if (kind == FEM_BATCH_HEX8) {
+    Measure(model, c, x, key);
+    PetscCall(Hex8Constants(model, c, form ? form->x : x, constant));
+  } else if (kind == FEM_BATCH_DENSE) FemCellStiffness(model, c, constant);
   else {
     const PetscReal thick = (dim == 2 ? model->thickness : 1) * Share(model, c);
 
@@ -185,28 +249,9 @@ static PetscErrorCode Constants(FemModel model, FemBatchKind kind, PetscInt c, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are all lanes of two batches one shape? Then the blocks are equal too. */
-static PetscBool SameShapes(FemModel model, const FemBatches *s, const FemBatch *p, const FemBatch *q)
+/* Constants of all batches; shape [SHAPE_MOST] */
+static PetscErrorCode FillConstants(FemModel model, FemBatches *s, const Shape *shape)
 {
-  PetscReal first[24], x[24], unit, other;
-
-  if (p->kind != FEM_BATCH_HEX8 || q->kind != FEM_BATCH_HEX8 || p->material != q->material) return PETSC_FALSE;
-  Measure(model, s->cell[p->first], &unit, first);
-  for (PetscInt k = 0; k < p->n + q->n; k++) {
-    const PetscInt c = s->cell[k < p->n ? p->first + k : q->first + k - p->n];
-
-    Measure(model, c, &other, x);
-    if (other != unit || Share(model, c) != Share(model, s->cell[p->first])) return PETSC_FALSE;
-    for (PetscInt i = 0; i < 24; i++)
-      if (x[i] != first[i]) return PETSC_FALSE;
-  }
-  return PETSC_TRUE;
-}
-
-/* Constants of all batches; one that is of the same shape throughout as the last such shares its block. */
-static PetscErrorCode FillConstants(FemModel model, FemBatches *s)
-{
-  PetscInt  last = -1;
   PetscReal one[FEM_MAX_DOFS * FEM_MAX_DOFS];
 
   PetscFunctionBegin;
@@ -214,17 +259,9 @@ static PetscErrorCode FillConstants(FemModel model, FemBatches *s)
   for (PetscInt b = 0; b < s->n; b++) {
     FemBatch *batch = &s->batch[b];
 
-    batch->owns = PETSC_TRUE;
-    if (batch->kind == FEM_BATCH_HEX8 && SameShapes(model, s, batch, last < 0 ? batch : &s->batch[last])) {
-      if (last >= 0) {
-        batch->constant = s->batch[last].constant;
-        batch->owns     = PETSC_FALSE;
-        continue;
-      }
-      last = b;
-    } else if (batch->kind == FEM_BATCH_HEX8 && SameShapes(model, s, batch, batch)) last = b;
-    batch->constant = s->n_constants;
-    s->n_constants += FemBatchConstants(batch->kind, FemShapeGet(batch->type));
+    batch->owns     = b && batch->shape >= 0 && batch[-1].shape == batch->shape && batch[-1].material == batch->material ? PETSC_FALSE : PETSC_TRUE;
+    batch->constant = batch->owns ? s->n_constants : batch[-1].constant;
+    if (batch->owns) s->n_constants += FemBatchConstants(batch->kind, FemShapeGet(batch->type));
   }
   PetscCall(PetscMalloc1((s->n_constants + 1) * FEM_LANES, &s->room));
   s->constant = (FemLanes *)(((size_t)s->room + sizeof(FemLanes) - 1) / sizeof(FemLanes) * sizeof(FemLanes));
@@ -233,8 +270,8 @@ static PetscErrorCode FillConstants(FemModel model, FemBatches *s)
     const PetscInt  m     = FemBatchConstants(batch->kind, FemShapeGet(batch->type));
     PetscReal      *to    = (PetscReal *)&s->constant[batch->constant];
 
-    for (PetscInt l = 0; l < FEM_LANES && batch->owns; l++) {
-      if (l < batch->n) PetscCall(Constants(model, batch->kind, s->cell[batch->first + l], one)); /* lanes without an element repeat the last */
+    for (PetscInt l = 0; l < FEM_LANES && batch->owns; l++) { /* lanes without an element repeat the last; one shape is one block in all lanes */
+      if (l == 0 || (l < batch->n && batch->shape < 0)) PetscCall(Constants(model, batch->kind, s->cell[batch->first + l], batch->shape < 0 ? NULL : &shape[batch->shape], one));
       for (PetscInt k = 0; k < m; k++) to[k * FEM_LANES + l] = one[k];
     }
   }
@@ -275,12 +312,23 @@ PetscErrorCode FemBatchesCreate(FemModel model, PetscBool sort)
 {
   FemBatches *s;
   Key        *key;
-  PetscInt    nodes = 0, met = 0;
+  Shape      *shape;
+  PetscInt    nodes = 0, met = 0, n_shapes;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&s));
+  PetscCall(PetscMalloc1(SHAPE_MOST, &shape));
+  PetscCall(Shapes(model, &n_shapes, shape));
   PetscCall(PetscMalloc1(model->n_cells, &key));
-  for (PetscInt c = 0; c < model->n_cells; c++) key[c] = (Key){(PetscInt)KindOf(model, c), model->cell_type[c], model->cell_material[c], c, 0};
+  for (PetscInt c = 0; c < model->n_cells; c++) key[c] = (Key){(PetscInt)KindOf(model, c), model->cell_type[c], model->cell_material[c], -1, c, 0};
+  for (PetscInt c = 0; c < model->n_cells && n_shapes; c++) {
+    Shape one = {.first = PETSC_MAX_REAL};
+
+    if (model->cell_type[c] != MESH_HEX8) continue;
+    Measure(model, c, one.x, one.key);
+    for (PetscInt k = 0; k < 24; k++) one.key[k] += 0.;
+    key[c].shape = Place(&one, &n_shapes, shape);
+  }
   if (sort) PetscCall(Along(model, key));
   qsort(key, model->n_cells, sizeof(Key), ByKey);
   PetscCall(PetscMalloc2(model->n_cells, &s->batch, model->n_cells, &s->cell));
@@ -288,9 +336,9 @@ PetscErrorCode FemBatchesCreate(FemModel model, PetscBool sort)
     FemBatch *batch = &s->batch[s->n - 1];
 
     s->cell[c] = key[c].cell;
-    if (c && batch->n < FEM_LANES && (FemBatchKind)key[c].kind == batch->kind && (MeshCellType)key[c].type == batch->type && key[c].material == batch->material) batch->n++;
+    if (c && batch->n < FEM_LANES && (FemBatchKind)key[c].kind == batch->kind && (MeshCellType)key[c].type == batch->type && key[c].material == batch->material && key[c].shape == batch->shape) batch->n++;
     else {
-      s->batch[s->n++] = (FemBatch){(FemBatchKind)key[c].kind, (MeshCellType)key[c].type, key[c].material, 1, c, nodes, 0, PETSC_TRUE};
+      s->batch[s->n++] = (FemBatch){(FemBatchKind)key[c].kind, (MeshCellType)key[c].type, key[c].material, key[c].shape, 1, c, nodes, 0, PETSC_TRUE};
       nodes += MeshCellNodes((MeshCellType)key[c].type) * FEM_LANES;
     }
   }
@@ -316,7 +364,8 @@ PetscErrorCode FemBatchesCreate(FemModel model, PetscBool sort)
         s->node[batch->node + a * FEM_LANES + l] *= model->dim;
       }
   }
-  PetscCall(FillConstants(model, s));
+  PetscCall(FillConstants(model, s, shape));
+  PetscCall(PetscFree(shape));
   if (model->threads > 1) PetscCall(FillTouch(model, s));
   model->batches = s;
   PetscFunctionReturn(PETSC_SUCCESS);

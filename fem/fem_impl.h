@@ -163,7 +163,8 @@ typedef enum { FEM_ROWS, FEM_ELEMENTS } FemOperator;
 typedef struct {
   FemBatchKind kind;
   MeshCellType type;
-  PetscInt     material, n, first; /* its elements: cell[first .. first + n) */
+  PetscInt     material, shape;    /* shape: one of those that several share, -1 */
+  PetscInt     n, first;           /* its elements: cell[first .. first + n) */
   PetscInt     node;               /* its nodes in FemBatches.node */
   size_t       constant;           /* its block in FemBatches.constant, shared with others of the same shape unless it */
   PetscBool    owns;               /* is the first */

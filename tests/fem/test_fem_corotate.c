@@ -247,7 +247,7 @@ static PetscErrorCode TestOnlyWhereAsked(void)
   PetscCall(s.step(s.ctx, 0, 1e-6));
   PetscCall(FemModelGetReadings(model, &readings));
   CheckInt(readings.turns, 0);
-  CheckTrue(!model->corotate.mean && model->rows.value);
+  CheckTrue(!model->corotate.mean && model->batches);
   PetscCall(FemModelDestroy(&model));
   PetscCall(CaseModel(PETSC_COMM_SELF, &mesh, FEM_SOLID, FEM_STATIC, 1, &steel, &model));
   PetscCall(FemModelSetRotation(model, FEM_COROTATIONAL));
