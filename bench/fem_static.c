@@ -44,7 +44,7 @@ int main(int argc, char **argv)
   PetscCall(FemModelGetCounts(model, NULL, NULL, &dofs));
   PetscCall(FemModelGetReadings(model, &readings));
   PetscCall(PetscMemoryGetCurrentUsage(&memory));
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d unknowns: mesh %.2f s, set-up %.2f s, factor and solve %.2f s, %d iterations, tip %.6g m, memory now %.0f MiB on rank 0\n", (int)dofs, t[1] - t[0], t[2] - t[1], t[3] - t[2], (int)readings.iterations, (double)tip, memory / 1048576));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%d unknowns: mesh %.2f s, set-up %.2f s, factor and solve %.2f s, %d iterations, tip %.9g m, memory now %.0f MiB on rank 0\n", (int)dofs, t[1] - t[0], t[2] - t[1], t[3] - t[2], (int)readings.iterations, (double)tip, memory / 1048576));
   PetscCall(FemModelDestroy(&model));
   PetscCall(MeshDestroy(&mesh));
   PetscCall(TableDestroy(&load));

@@ -400,7 +400,7 @@ void           FemMassAddToRows(FemModel model, const PetscReal *mass, PetscReal
 PetscErrorCode FemMassSolve(FemModel model, const PetscReal *mass, PetscReal *f, PetscReal *a);
 /* fem_solver.c */
 PetscErrorCode FemMatrixCreate(FemModel model, const PetscReal *value, PetscReal *diagonal, Mat *matrix);
-PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value); /* values in the pattern of rows; NULL: without a matrix, by FemMultigrid */
+PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value); /* values in the pattern of rows; not read where FemSolverWants() says FEM_TWO_LEVEL */
 PetscErrorCode FemSolverWants(FemModel model, FemSolver *solver); /* the rule's choice for this model, or the options' */
 PetscErrorCode FemRigidModes(FemModel model, Mat matrix, PetscInt n, const PetscInt *node); /* near null space of a matrix over these owned nodes [n]; NULL: all */
 PetscErrorCode FemPrefer(const char *name, const char *value); /* an option of ours, unless the user gave it */

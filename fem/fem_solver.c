@@ -189,7 +189,7 @@ PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value)
 
   PetscFunctionBegin;
   PetscCall(FemSolverWants(model, &rule));
-  if (value) {
+  if (rule != FEM_TWO_LEVEL) { /* value may be NULL on a rank without nodes */
     PetscCall(FemMatrixCreate(model, value, &model->diagonal, &model->K));
     PetscCall(MatSetOption(model->K, MAT_SPD, PETSC_TRUE));
     PetscCall(MatSetOption(model->K, MAT_SPD_ETERNAL, PETSC_TRUE));
@@ -199,7 +199,7 @@ PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value)
   PetscCall(KSPCreate(model->comm, &model->ksp));
   PetscCall(KSPSetOptionsPrefix(model->ksp, "fem_"));
   PetscCall(KSPGetPC(model->ksp, &pc));
-  if (value) PetscCall(KSPSetOperators(model->ksp, model->K, model->K));
+  if (rule != FEM_TWO_LEVEL) PetscCall(KSPSetOperators(model->ksp, model->K, model->K));
   else PetscCall(FemMultigridCreate(model));
   if (rule < FEM_MULTIGRID) {
     PetscCall(KSPSetType(model->ksp, KSPPREONLY));
@@ -210,12 +210,12 @@ PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value)
                                           {"-fem_pc_gamg_esteig_ksp_type", "cg"},      {"-fem_pc_gamg_esteig_ksp_max_it", "10"},    {"-fem_mg_levels_ksp_type", "chebyshev"}, {"-fem_mg_levels_ksp_max_it", "2"},
                                           {"-fem_mg_levels_ksp_chebyshev_esteig", "0,0.05,0,1.1"}, {"-fem_mg_levels_pc_type", "jacobi"}};
 
-    for (size_t k = 0; k < sizeof(ours) / sizeof(ours[0]) && value; k++) PetscCall(FemPrefer(ours[k][0], ours[k][1]));
+    for (size_t k = 0; k < sizeof(ours) / sizeof(ours[0]) && rule == FEM_MULTIGRID; k++) PetscCall(FemPrefer(ours[k][0], ours[k][1]));
     PetscCall(KSPSetType(model->ksp, KSPCG));
     PetscCall(KSPSetNormType(model->ksp, KSP_NORM_UNPRECONDITIONED));
     PetscCall(KSPSetTolerances(model->ksp, 1e-11, 1e-300, PETSC_DEFAULT, 2000));
     PetscCall(KSPSetInitialGuessNonzero(model->ksp, PETSC_TRUE)); /* the last step's answer */
-    if (value) PetscCall(PCSetType(pc, PCGAMG));
+    if (rule == FEM_MULTIGRID) PetscCall(PCSetType(pc, PCGAMG));
   }
   PetscCall(KSPSetFromOptions(model->ksp));
   PetscCall(PetscObjectTypeCompare((PetscObject)model->ksp, KSPPREONLY, &preonly)); /* the user may have asked for a factor */
