@@ -42,7 +42,7 @@ def main():
     new = not os.path.exists(path)
     with open(path, "a") as out:
         if new:
-            out.write("set,spheres,porosity,neighbours_10,E_gauge_GPa,peak_MPa,experiment_MPa,peak/experiment,last/peak,ledger_error,stepping_s,steps\n")
+            out.write("set,spheres,porosity,neighbours_10,E_gauge_GPa,peak_MPa,experiment_MPa,peak/experiment,last/peak,ledger_error,steps,exit\n")
         for word in sys.argv[4:]:
             name, count = word.split(":")
             experiment, d, height, damping, reach, material, alpha = SETS[name]
@@ -53,11 +53,9 @@ def main():
                 f.write(SCENE.format(name=name, end=strain * height / (2 * v) * 1e3 + 0.3, alpha=alpha, range=reach, damping=damping, material=material, radius=d / 2, height=height, count=count, v=v))
             where = os.path.join(folder, f"{name}-{count}")
             subprocess.run([cleave, "pack", scene, "--output", where + "-pack"], check=True, stdout=subprocess.DEVNULL)
-            subprocess.run([cleave, "run", scene, "--output", where, "--threads", "1"], check=True, stdout=subprocess.DEVNULL)
+            ended = subprocess.run([cleave, "run", scene, "--output", where, "--threads", "1", "--no-plots"], stdout=subprocess.DEVNULL).returncode  # 1: stopped by its ledger after the peak; the row says so
             with open(os.path.join(where + "-pack", "packing.json")) as f:
                 pack = json.load(f)
-            with open(os.path.join(where, "summary.json")) as f:
-                summary = json.load(f)
             with open(os.path.join(where, "history.csv")) as f:
                 rows = list(csv.reader(f))
             col = {n.split("[")[0]: [float(r[i] or "nan") for r in rows[1:]] for i, n in enumerate(rows[0])}
@@ -66,7 +64,7 @@ def main():
             early = next(i for i, x in enumerate(force) if x > 0.2 * peak)
             area = math.pi * (d / 2000) ** 2
             out.write(f"{name},{pack['particles']},{pack['porosity']:.4f},{pack['coordination_gap_10_percent']:.2f},{col['gauge.modulus'][early] * 1e-9:.2f},{peak / area * 1e-6:.2f},{experiment},{peak / area * 1e-6 / experiment:.3f},"
-                      f"{force[-1] / peak:.2f},{max(col['ledger_error']):.1e},{summary['seconds']['stepping']:.0f},{int(col['step'][-1])}\n")
+                      f"{force[-1] / peak:.2f},{max(col['ledger_error']):.1e},{int(col['step'][-1])},{ended}\n")
             out.flush()
 
 

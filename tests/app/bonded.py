@@ -57,7 +57,7 @@ def check(ok, *what):
 
 
 def cleave(*words, folder, expect=0):
-    done = subprocess.run([CLEAVE, *words], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([CLEAVE, *words, "--no-plots"], cwd=folder, capture_output=True, text=True)
     check(done.returncode == expect, words, "ended with", done.returncode, done.stdout[-2000:], done.stderr[-2000:])
     return done.stdout + done.stderr
 

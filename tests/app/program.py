@@ -442,6 +442,8 @@ def test_pack(folder):
     report = json.loads(read(here, "packing.json"))
     check(report["particles"] > 50 and 0 < report["porosity"] < 0.5, report)
     check("porosity" in text, text)
+    check(sum(report["radius_over_mean"]["count"]) == report["particles"] and len(report["gap_of_facet_neighbours"]["count"]) == 20, report)
+    check(report["area_closure"] < 1e-12 and 0 < report["fabric_deviator"] < 0.3, report)
     rows = [line for line in read(here, "packing.csv").decode().splitlines() if re.match(r"[-0-9.]", line)]
     check(len(rows) == report["particles"], len(rows), "rows for", report["particles"], "particles")
     check(read(here, "packing.png")[:4] == b"\x89PNG", "no picture")

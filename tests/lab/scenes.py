@@ -41,7 +41,7 @@ def run(cleave, folder, kind, rate=1.0):
     with open(scene, "w") as f:
         f.write(text[:text.index("  plots:")])  # the last section; only numbers are read here
     out = os.path.join(folder, f"{kind}-{rate:g}")
-    subprocess.run([cleave, "run", scene, "--output", out, "--threads", "1"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([cleave, "run", scene, "--output", out, "--threads", "1", "--no-plots"], check=True, stdout=subprocess.DEVNULL)
     with open(os.path.join(out, "summary.json")) as f:
         return columns(os.path.join(out, "history.csv")), json.load(f), out
 
