@@ -1,7 +1,8 @@
-"""Angle of repose of the heap.  python3 read_off.py RESULTS
+"""Angle of repose of the heap.  python3 read_off.py RESULTS ...
 
-The last frame's surface: in bins one grain's diameter wide along the floor the highest grain; the straight line through
-those between 15 % and 85 % of the floor's length. The slope's ends, a toe on the edge and a top against the wall, are left out.
+The last frame's grains on the floor, as solid volume per area in slices of the floor's length (spheres cut by the slices' planes): the
+straight line through the slices between 15 % and 85 % of the length, its slope over the heap's solid fraction. A line of the highest grain
+in each slice would hang on single grains; the ends, a toe on the edge and a top against the wall, are left out.
 """
 import math
 import os
@@ -10,25 +11,44 @@ import sys
 import h5py
 import numpy
 
-LENGTH, RADIUS = 0.1, 0.002  # [m], as in scene.yaml
+LENGTH, DEPTH, SLICES = 0.1, 0.016, 25  # [m], as in scene.yaml
+INSIDE = (0.01, 0.04), (0, DEPTH), (0.006, 0.016)  # a box within the heap: x, y, z [m]
 
 
-def main(directory):
+def below(x, r, at):
+    """Volume of spheres on the near side of the plane x = at."""
+    h = numpy.clip(at - (x - r), 0, 2 * r)
+    return math.pi * h * h * (3 * r - h) / 3
+
+
+def solid_fraction(x, r):
+    """Of the box within, by points (0.5 % with these)."""
+    draw = numpy.random.default_rng(1)
+    points = numpy.column_stack([draw.uniform(low, high, 20000) for low, high in INSIDE])
+    hit = numpy.zeros(len(points), bool)
+    for centre, radius in zip(x, r):
+        hit |= ((points - centre) ** 2).sum(axis=1) < radius * radius
+    return hit.mean()
+
+
+def read(directory):
+    """Grains on the floor, solid fraction, angle [degrees], mean speed [m/s]."""
     with h5py.File(os.path.join(directory, "fields.h5"), "r") as file:
         frame = file["frames"][sorted(file["frames"])[-1]]
         block = frame["particles"]
         x = block["points"][()] + block["point_data/displacement"][()]
-        r = block["point_data/radius"][()]
+        r = block["point_data/radius"][()].ravel()
         speed = numpy.linalg.norm(block["point_data/velocity"][()], axis=1)
     on = (x[:, 0] < LENGTH) & (x[:, 2] > 0)
     x, r, speed = x[on], r[on], speed[on]
-    edges = numpy.arange(0.15 * LENGTH, 0.85 * LENGTH, 2 * RADIUS)
-    top = [(x[k, 0], x[k, 2]) for a, b in zip(edges[:-1], edges[1:]) for inside in [(x[:, 0] >= a) & (x[:, 0] < b)] if inside.any() for k in [numpy.flatnonzero(inside)[x[inside, 2].argmax()]]]
-    slope = numpy.polyfit(*zip(*top), 1)[0]
-    print("grains on the floor = %d" % len(x))
-    print("angle [degrees]     = %.2f" % -math.degrees(math.atan(slope)))
-    print("mean speed [m/s]    = %.1e" % speed.mean())
+    edges = numpy.linspace(0, LENGTH, SLICES + 1)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    height = numpy.diff([below(x[:, 0], r, edge).sum() for edge in edges]) / (LENGTH / SLICES * DEPTH)
+    inner = (middle > 0.15 * LENGTH) & (middle < 0.85 * LENGTH)
+    fraction = solid_fraction(x, r)
+    return len(x), fraction, -math.degrees(math.atan(numpy.polyfit(middle[inner], height[inner], 1)[0] / fraction)), speed.mean()
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    for directory in sys.argv[1:]:
+        print("%s: %d grains on the floor, solid fraction %.3f, angle %.2f degrees, mean speed %.1e m/s" % ((directory,) + read(directory)))

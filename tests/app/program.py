@@ -1,5 +1,6 @@
 """The program from outside: what a user types, what comes back.  python3 program.py CLEAVE SOURCE_TREE TEST..."""
 import csv
+import importlib
 import json
 import math
 import os
@@ -728,6 +729,49 @@ def test_grains(folder):
         cleave("run", os.path.join(SOURCE, "examples", name, "scene.yaml"), "--no-plots", "--output", name, *(word for text in sets for word in ("--set", text)), cwd=folder)
         row = last_row(folder, name)
         check(row["ledger_error"] < 5e-3 and row["energy.kinetic"] > 0, name, row)
+
+
+def read_off(example, directory):
+    """What the example's own script reads off."""
+    path = os.path.join(SOURCE, "examples", example)
+    sys.path.insert(0, path)
+    try:
+        module = importlib.import_module("read_off")
+        return module.read(directory)
+    finally:
+        sys.path.remove(path)
+        sys.modules.pop("read_off", None)
+
+
+def test_repose(folder):
+    """examples/angle_of_repose: the mean angle of three seeds, and within 1 degree of it at half the step. Heaps at rest, energy closed."""
+    out = os.path.join(folder, "runs")
+    done = subprocess.run([sys.executable, os.path.join(SOURCE, "examples/angle_of_repose/half_step.py"), CLEAVE, "3", out], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=3000)
+    check(done.returncode == 0, done.stdout + done.stderr)
+    whole, half = map(float, re.search(r"mean ([\d.]+) and ([\d.]+)", done.stdout).groups())
+    check(abs(half - whole) < 1, "half the step", done.stdout)
+    check(REPOSE[0] < whole < REPOSE[1], done.stdout)
+    for name in os.listdir(out):
+        row = last_row(out, name)
+        check(row["ledger_error"] < 1e-3, name, row["ledger_error"])
+
+
+def test_hourglass(folder):
+    """examples/hourglass: the flow its README lists, and nobody through the glass."""
+    cleave("run", os.path.join(SOURCE, "examples/hourglass/scene.yaml"), "--output", "out", "--set", "output.fields.every=500 ms", cwd=folder, timeout=3000)
+    rows, farthest = read_off("hourglass", os.path.join(folder, "out"))
+    for (time, below), want in zip(rows[1:], (233, 526, 797, 1077)):
+        check(abs(below - want) < 0.06 * want, time, below, want)
+    check(farthest < 0.0285, farthest)
+    check(last_row(folder, "out")["ledger_error"] < 1e-3, last_row(folder, "out"))
+
+
+def test_drum(folder):
+    """examples/rotating_drum: how far the grains lean over."""
+    cleave("run", os.path.join(SOURCE, "examples/rotating_drum/scene.yaml"), "--output", "out", cwd=folder, timeout=3000)
+    mean, least, most = read_off("rotating_drum", os.path.join(folder, "out"))
+    check(abs(mean - 21.5) < 1.5 and least > 12 and most < 32, mean, least, most)
+    check(last_row(folder, "out")["ledger_error"] < 1e-3, last_row(folder, "out"))
 
 
 def test_cantilever(folder):
