@@ -17,7 +17,7 @@ SCENE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "scene.yaml")
 
 def run(cleave, out, seed, step):
     directory = os.path.join(out, "%s%d" % ("half" if step else "whole", seed))
-    sets = ["--set", "bodies.grains.dem.packing.seed=%d" % seed, "--set", "output.history.every=100 ms", "--set", "output.fields.every=700 ms"]
+    sets = ["--set", "bodies.grains.dem.packing.seed=%d" % seed, "--set", "output.history.every=100 ms", "--set", "output.fields.every=500 ms"]
     if not os.path.exists(os.path.join(directory, "summary.json")):
         subprocess.run([cleave, "run", SCENE, "--no-plots", "--quiet", "--threads", "1", "--output", directory] + sets + (["--set", "time.step=%.9g s" % step] if step else []), check=True)
     with open(os.path.join(directory, "summary.json")) as file:
