@@ -19,7 +19,7 @@ def run(cleave, out, seed, step):
     directory = os.path.join(out, "%s%d" % ("half" if step else "whole", seed))
     sets = ["--set", "bodies.grains.dem.packing.seed=%d" % seed, "--set", "output.history.every=100 ms", "--set", "output.fields.every=500 ms"]
     if not os.path.exists(os.path.join(directory, "summary.json")):
-        subprocess.run([cleave, "run", SCENE, "--no-plots", "--quiet", "--threads", "1", "--output", directory] + sets + (["--set", "time.step=%.9g s" % step] if step else []), check=True)
+        subprocess.run([cleave, "run", SCENE, "--no-plots", "--quiet", "--threads", "1", "--output", directory] + sets + (["--set", "time.step=%.4fus" % (1e6 * step)] if step else []), check=True)
     with open(os.path.join(directory, "summary.json")) as file:
         return directory, json.load(file)["plan"]["step_s"]
 
@@ -30,7 +30,7 @@ def main():
     angle = ([], [])
     for seed in range(1, seeds + 1):
         whole, step = run(sys.argv[1], out, seed, None)
-        half, _ = run(sys.argv[1], out, seed, 0.5 * step)
+        half, _ = run(sys.argv[1], out, seed, 0.499995 * step)
         for k, directory in enumerate((whole, half)):
             grains, _, degrees, speed = read_off.read(directory)
             angle[k].append(degrees)
