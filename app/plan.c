@@ -1,18 +1,21 @@
 /*
   plan.c - what a run is going to do, before it does it.
 
-  `check` estimates from the geometry alone and says so; `run` knows the models. The rates of the time estimate were
-  measured on one core of a 2-core AVX-512 machine; they are for orientation.
+  `check` estimates from the geometry alone and says so; `run` knows the models. Memory is held against runs by a test
+  (tests/app/memory.py). The rates of the time estimate were measured on one core of a 2-core AVX-512 machine; they are for orientation.
 */
 #include "app.h"
 #include <string.h>
 
 #define SECONDS_BOND_STEP 5.5e-8  /* [s], one thread */
 #define SECONDS_UNKNOWN   1.2e-4  /* [s] of a static solution in 3D; a fifth of it in 2D */
-#define BYTES_START       80e6    /* the program with its libraries */
+#define SECONDS_LEVELS    2.0e-5  /* [s] of one by two levels */
+#define BYTES_START       85e6    /* the program with its libraries */
 #define BYTES_PARTICLE    4400.
 #define BYTES_NODE        2500.
-#define BYTES_STATIC_NODE 15000.
+#define BYTES_FACTOR_NODE 19000. /* a factor in 3D at 5,000 nodes, growing as their cube root; in 2D about half, whatever the size */
+#define BYTES_GAMG_NODE   4500.  /* linear elements; quadratic rows are half as long again */
+#define BYTES_LEVELS_NODE 1700.  /* two levels, no matrix */
 
 static PetscErrorCode Steps(AppCase *c, AppPlan *plan)
 {
@@ -39,8 +42,20 @@ static PetscErrorCode Steps(AppCase *c, AppPlan *plan)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscReal LargestPoisson(const AppCase *c)
+{
+  PetscReal poisson = -1;
+
+  for (PetscInt p = 0; p < c->n_parts; p++) poisson = PetscMax(poisson, c->part[p].poisson);
+  return poisson;
+}
+
 static void Seconds(const AppCase *c, AppPlan *plan)
 {
+  if (c->time == APP_STATIC && FemSolverRule(c->dim, c->mesh_order, plan->dofs, LargestPoisson(c), c->size) == FEM_TWO_LEVEL) {
+    plan->seconds = plan->dofs * SECONDS_LEVELS * (0.4 + 0.6 * plan->steps) / c->size; /* every step solves anew */
+    return;
+  }
   if (c->time != APP_EXPLICIT) plan->seconds = plan->dofs * SECONDS_UNKNOWN * (c->dim == 3 ? 1 : 0.2) * (1 + 0.02 * plan->steps) / c->size;
   else if (c->method == APP_FEM) plan->seconds = plan->steps * c->mesh_cost / plan->threads / c->size;
   else if (c->method == APP_COUPLED || c->method == APP_TOUCH) plan->seconds = plan->steps * (c->mesh_cost + plan->substeps * plan->bonds * SECONDS_BOND_STEP) / plan->threads;
@@ -133,6 +148,19 @@ static PetscErrorCode EstimateParticles(AppCase *c, AppPlan *plan)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Largest resident memory of a run's finite elements; tests/app/memory.py holds it against runs. */
+static PetscReal FemBytes(const AppCase *c, PetscReal nodes)
+{
+  const PetscInt order = c->time == APP_STATIC ? c->mesh_order : 1;
+  FemSolver      solver;
+
+  if (c->time == APP_EXPLICIT && !c->preload) return nodes * BYTES_NODE;
+  solver = FemSolverRule(c->dim, order, nodes * c->dim, LargestPoisson(c), c->size);
+  if (solver == FEM_TWO_LEVEL) return nodes * BYTES_LEVELS_NODE;
+  if (solver == FEM_MULTIGRID) return nodes * BYTES_GAMG_NODE * (c->mesh_order == 2 ? 1.5 : 1);
+  return nodes * BYTES_FACTOR_NODE * (c->dim == 3 ? PetscPowReal(nodes / 5000, 1. / 3) : 0.5);
+}
+
 PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
 {
   PetscReal safety = 1, stable = 0;
@@ -146,7 +174,7 @@ PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
     plan->nodes    = c->mesh_nodes;
     plan->elements = c->mesh_cells;
     plan->dofs     = (PetscReal)c->dim * c->mesh_nodes;
-    plan->bytes    = BYTES_START + plan->nodes * (c->time == APP_EXPLICIT ? BYTES_NODE : BYTES_STATIC_NODE);
+    plan->bytes    = BYTES_START + FemBytes(c, plan->nodes);
     stable         = 0.6 * c->mesh_step;
     PetscCall(PetscStrncpy(plan->sets, "estimate: shortest edge / P-wave speed; the run bounds the eigenvalues of the elements", sizeof(plan->sets)));
   }
