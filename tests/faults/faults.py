@@ -77,7 +77,7 @@ def part_fuzz(folder, build="build/fuzz", seconds=300):
 
 
 def make_report(folder, page, part):
-    parts = {"kills": part_kills, "cuts": part_cuts, "memory": part_memory, "disk": part_disk, "fuzz": part_fuzz, "stability": lambda f: stability.steps(CLEAVE, f), "drift": lambda f: stability.drift(CLEAVE, f),
+    parts = {"kills": part_kills, "cuts": part_cuts, "memory": part_memory, "disk": part_disk, "fuzz": part_fuzz, "stability": lambda f: stability.steps(CLEAVE, f), "odd": lambda f: stability.odd(CLEAVE, f), "drift": lambda f: stability.drift(CLEAVE, f),
              "watch": lambda f: stability.overhead(CLEAVE, f), "examples": lambda f: stability.twice(CLEAVE, f)}
     for name in [part] if part else parts:
         here = os.path.join(folder, name)

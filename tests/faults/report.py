@@ -12,7 +12,7 @@ Runs broken on purpose, and what came of them. Made by
 
     python3 tests/faults/faults.py build/release/app/cleave report docs/reliability.md
 
-which repeats everything below (`--part kills`, `cuts`, `memory`, `disk`, `fuzz`, `drift`, `watch`, `examples` repeats one, the rest stays as it was); the short forms are part of `./test`.
+which repeats everything below (`--part kills`, `cuts`, `memory`, `disk`, `fuzz`, `stability`, `odd`, `drift`, `watch`, `examples` repeats one, the rest stays as it was); the short forms are part of `./test`.
 "lost or wrong" counts runs whose last state, tables, fields or ParaView files differ by a bit from those of the run that nobody disturbed, or that could not go on.
 
 """
@@ -88,6 +88,11 @@ def write(data, path):
         out += ["", "## Steps near the critical one", "", found["stability"]["about"], ""]
         table(out, *found["stability"]["head"])
         for cells in found["stability"]["rows"]:
+            row(out, *cells)
+    if "odd" in found:
+        out += ["", "## Uneasy bodies", "", found["odd"]["about"], ""]
+        table(out, *found["odd"]["head"])
+        for cells in found["odd"]["rows"]:
             row(out, *cells)
     if "drift" in found:
         out += ["", "## Drift", "", found["drift"]["about"], ""]
