@@ -41,11 +41,11 @@ def part_cuts(folder):
     return {"readers": found}
 
 
-def part_memory(folder, names=("explicit", "implicit", "breaking", "tools", "switch"), trials=8):
+def part_memory(folder, names=("explicit", "breaking", "switch"), trials=4):
     return {"scenes": {name: (trials, starve.memory(CLEAVE, folder, name, SCENES[name], LIBRARY, trials)) for name in names}}
 
 
-def part_disk(folder, names=("explicit", "breaking", "switch"), sizes=(60000, 150000, 300000, 600000)):
+def part_disk(folder, names=("explicit", "breaking", "switch"), sizes=(100000, 300000)):
     found = {}
     for name in names:
         stopped = starve.full(CLEAVE, folder, name, SCENES[name], sizes)
