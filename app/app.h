@@ -49,7 +49,7 @@ typedef struct {
   PetscBool particles; /* of the particles' body, where two touch */
 } AppGroup;
 
-typedef enum { APP_FIX, APP_TRACTION, APP_PRESSURE, APP_GRAVITY, APP_SYMMETRY, APP_FORCE, APP_LINE_LOAD, APP_ABSORB } AppLoadKind;
+typedef enum { APP_FIX, APP_TRACTION, APP_PRESSURE, APP_GRAVITY, APP_SYMMETRY, APP_FORCE, APP_LINE_LOAD, APP_ABSORB, APP_PLANE } AppLoadKind;
 
 /* One thing a condition asks for, with the scene path to point at when it is refused. */
 typedef struct {
@@ -60,6 +60,8 @@ typedef struct {
   PetscInt    component;  /* of APP_FIX, APP_TRACTION, APP_FORCE, APP_LINE_LOAD */
   PetscBool   velocity;   /* APP_FIX: the table is a velocity [m/s], not a displacement [m] */
   PetscReal   gravity[3]; /* [m/s2] */
+  PetscReal   point[3], normal[3], friction, restitution; /* APP_PLANE: [m], [-] */
+  Table       motion[3];  /* APP_PLANE: velocity [m/s], n = 0 at rest; owned */
   Table       table;      /* m, m/s, Pa, N or N/m; owned */
 } AppLoad;
 

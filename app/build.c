@@ -456,7 +456,10 @@ PetscErrorCode AppCaseDestroy(AppCase *c)
   PetscCall(MeshDestroy(&c->mesh));
   for (PetscInt k = 0; k < c->n_joints; k++) PetscCall(DemBodyDestroy(&c->joint[k]));
   PetscCall(PetscFree(c->joint));
-  for (PetscInt k = 0; k < c->n_loads; k++) PetscCall(TableDestroy(&c->load[k].table));
+  for (PetscInt k = 0; k < c->n_loads; k++) {
+    PetscCall(TableDestroy(&c->load[k].table));
+    for (PetscInt d = 0; d < 3; d++) PetscCall(TableDestroy(&c->load[k].motion[d]));
+  }
   PetscCall(PetscFree(c->frequency));
   PetscCall(PetscFree(c->load));
   PetscCall(PetscFree(c->quantity));

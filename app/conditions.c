@@ -208,6 +208,37 @@ static PetscErrorCode ReadForces(AppCase *c, const char *at, const AppGroup *gro
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A rigid plane that the group meets. */
+static PetscErrorCode ReadPlane(AppCase *c, const char *at, const AppGroup *group)
+{
+  char      path[256], key[256];
+  PetscBool has;
+  AppLoad  *load;
+
+  PetscFunctionBegin;
+  Path(path, "%s.plane", at);
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (!has) PetscFunctionReturn(PETSC_SUCCESS);
+  if (c->method != APP_FEM)
+    PetscCall(SceneFail(c->scene, path, "a plane is met by finite elements; %s", c->method == APP_DEM ? "particles meet tools: write tools: {floor: {plane: {point: ..., normal: ...}}}" : "in a coupled body this is not covered yet, see docs/not-yet.md"));
+  PetscCall(AddLoad(c, APP_PLANE, path, group->name, &load));
+  Path(key, "%s.point", path);
+  PetscCall(SceneGetVector(c->scene, key, c->dim, load->point));
+  Path(key, "%s.normal", path);
+  PetscCall(SceneGetVector(c->scene, key, c->dim, load->normal));
+  Path(key, "%s.friction", path);
+  PetscCall(SceneGetReal(c->scene, key, &load->friction));
+  load->restitution = 1;
+  Path(key, "%s.restitution", path);
+  if (c->time == APP_EXPLICIT) PetscCall(SceneGetReal(c->scene, key, &load->restitution));
+  for (PetscInt d = 0; d < c->dim; d++) {
+    Path(key, "%s.velocity.%c", path, (char)('x' + d));
+    PetscCall(SceneHas(c->scene, key, &has));
+    if (has) PetscCall(SceneGetTable(c->scene, key, &load->motion[d]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A platen is smooth (a flat face moves along its own normal alone) or glued (all components); held and loaded exclude each other. */
 static PetscErrorCode CheckDemFaces(AppCase *c)
 {
@@ -271,6 +302,7 @@ static PetscErrorCode ReadCondition(AppCase *c, PetscInt i)
   PetscCall(ReadFix(c, at, group->name));
   PetscCall(ReadSymmetry(c, at, group));
   PetscCall(ReadForces(c, at, group));
+  PetscCall(ReadPlane(c, at, group));
   PetscCall(ReadDirections(c, at, "velocity", group));
   PetscCall(ReadDirections(c, at, "displacement", group));
   Path(path, "%s.traction", at);
@@ -431,6 +463,7 @@ static PetscErrorCode ApplyFem(AppCase *c, const AppLoad *l)
   case APP_PRESSURE: AppCallAt(c->scene, l->path, FemModelAddPressure(c->fem, l->group, &l->table)); break;
   case APP_GRAVITY: AppCallAt(c->scene, l->path, FemModelSetGravity(c->fem, l->gravity)); break;
   case APP_ABSORB: AppCallAt(c->scene, l->path, FemModelAddAbsorber(c->fem, l->group)); break;
+  case APP_PLANE: AppCallAt(c->scene, l->path, FemModelAddPlane(c->fem, l->group, l->point, l->normal, l->friction, l->restitution, l->motion)); break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -451,7 +484,8 @@ static PetscErrorCode ApplyDem(AppCase *c, const AppLoad *l)
   case APP_LINE_LOAD: PetscCall(SceneFail(c->scene, l->path, "'%s' is on the particles' side of the coupled body, which takes fix, traction and pressure", l->group)); break;
   case APP_PRESSURE: AppCallAt(c->scene, l->path, DemModelAddPressure(c->dem, l->group, &l->table)); break;
   case APP_GRAVITY: AppCallAt(c->scene, l->path, DemModelSetGravity(c->dem, l->gravity)); break;
-  case APP_ABSORB: break; /* refused when it was read */
+  case APP_ABSORB:
+  case APP_PLANE: break; /* refused when they were read */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

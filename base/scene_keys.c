@@ -242,6 +242,13 @@ static const SceneKey keys[] = {
   {"conditions[].line_load",                   SCENE_MAP,    "",      NULL,        NULL,         NULL, "2.75",  "force per length of a group of lines", 0},
   XYZ("conditions[].line_load",                              "N/m",   NULL, "2.75", "force per length", 0),
   {"conditions[].absorb",                      SCENE_BOOL,   "",      NULL,        NULL,         NULL, "2.60",   "true: the side lets waves out (finite elements)", SCENE_EXPLICIT | SCENE_IMPLICIT},
+  {"conditions[].plane",                       SCENE_MAP,    "",      NULL,        NULL,         NULL, "2.120", "a rigid plane that the group's nodes do not pass (finite elements); its push is part of reaction(group)", SCENE_EXPLICIT | SCENE_STATIC},
+  {"conditions[].plane.point",                 SCENE_VECTOR, "m",     NULL,        NULL,         NULL, "2.120", "any point of it at time 0", SCENE_REQUIRED},
+  {"conditions[].plane.normal",                SCENE_VECTOR, "-",     NULL,        NULL,         NULL, "2.120", "points to the side of the body; any length", SCENE_REQUIRED},
+  {"conditions[].plane.friction",              SCENE_REAL,   "-",     "0",         NOT_NEGATIVE, NULL, "2.122", "Coulomb coefficient; explicit only", 0},
+  {"conditions[].plane.restitution",           SCENE_REAL,   "-",     "1",         "[0, 1]",     NULL, "2.124", "root of the share a node gets back of what it lost when it met the plane; 1: nothing is lost", SCENE_EXPLICIT},
+  {"conditions[].plane.velocity",              SCENE_MAP,    "",      NULL,        NULL,         NULL, "2.120", "of the plane; at rest without it", 0},
+  XYZ("conditions[].plane.velocity",                         "m/s",   NULL, "2.120", "velocity", 0),
   {"conditions[].gravity",                     SCENE_VECTOR, "m/s2",  NULL,        NULL,         NULL, "2.8",   "acts on every body; stands alone, without group", 0},
 
   {"contact",                                  SCENE_MAP,    "",      NULL,        NULL,         NULL, "5.20",   "how particles that are not bonded meet; without it they pass through each other", 0},

@@ -365,7 +365,7 @@ static PetscErrorCode CheckMotions(Scene scene, SceneNode condition, PetscInt in
 
 static PetscErrorCode CheckCondition(Scene scene, SceneNode condition, PetscInt index)
 {
-  static const char *const acts[] = {"fix", "symmetry", "velocity", "displacement", "traction", "pressure", "force", "line_load", "absorb"};
+  static const char *const acts[] = {"fix", "symmetry", "velocity", "displacement", "traction", "pressure", "force", "line_load", "absorb", "plane"};
   const SceneNode          group = SceneNodeChild(condition, "group"), body = SceneNodeChild(condition, "body"), gravity = SceneNodeChild(condition, "gravity"), fix = SceneNodeChild(condition, "fix"),
                   bodies = SceneNodeChild(scene->root, "bodies");
   PetscBool body_good = PETSC_TRUE;
@@ -373,19 +373,19 @@ static PetscErrorCode CheckCondition(Scene scene, SceneNode condition, PetscInt 
 
   PetscFunctionBegin;
   if (condition->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < 9; k++) {
+  for (PetscInt k = 0; k < 10; k++) {
     const SceneNode act = SceneNodeChild(condition, acts[k]);
 
     if (!act || SceneNodeIs(act, "false")) continue;
     n++;
-    if (act->kind == NODE_MAP && !act->n) PetscCall(SceneFaultKey(scene, act, "%s is empty; name a component, e.g. %s: {y: ...}", acts[k], acts[k]));
+    if (act->kind == NODE_MAP && !act->n && k < 9) PetscCall(SceneFaultKey(scene, act, "%s is empty; name a component, e.g. %s: {y: ...}", acts[k], acts[k]));
     if (act->kind == NODE_LIST && !act->n) PetscCall(SceneFaultValue(scene, act, "%s is empty; name a component, e.g. %s: [x, y]", acts[k], acts[k]));
     if (gravity) PetscCall(SceneFaultKey(scene, act, "gravity acts on every body and stands alone; give %s its own condition", acts[k]));
   }
   if (gravity && group) PetscCall(SceneFaultKey(scene, group, "gravity acts on every body; take the group out"));
   if (gravity && body) PetscCall(SceneFaultKey(scene, body, "gravity acts on every body; take the body out"));
   if (gravity) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!n) PetscCall(SceneFaultKey(scene, condition, "conditions[%d] does nothing; give one of fix, symmetry, velocity, displacement, traction, pressure, force, line_load, absorb, gravity", (int)index));
+  if (!n) PetscCall(SceneFaultKey(scene, condition, "conditions[%d] does nothing; give one of fix, symmetry, velocity, displacement, traction, pressure, force, line_load, absorb, plane, gravity", (int)index));
   if (n && !group) PetscCall(SceneFaultKey(scene, condition, "conditions[%d] has no 'group'; name the group it acts on", (int)index));
   if (fix && scene->dimension == 2) {
     if (SceneNodeIs(fix, "z")) PetscCall(SceneFaultValue(scene, fix, "fix: z, but the scene has dimension: 2; allowed: x, y, all"));

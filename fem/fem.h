@@ -67,6 +67,10 @@ PetscErrorCode FemModelSetImplicit(FemModel model, PetscReal rho_inf, PetscBool 
 PetscErrorCode FemModelSetPreload(FemModel model, PetscBool preload);
 /* Elements that turn as far as they like, of small strain in axes that turn with each. Explicit, isotropic. Eqs (2.86)-(2.89) */
 PetscErrorCode FemModelSetRotation(FemModel model, FemRotation rotation);
+/* Nodes of the group (any dimension) against a rigid plane through point, its normal towards the body; friction mu against sliding (explicit only),
+   restitution in [0, 1] of what a node has when it meets the plane; velocity [3] tables of the plane's motion [m/s], n = 0 at rest, or NULL.
+   Explicit and static. The push is part of the group's reaction. Eqs (2.120)-(2.130) */
+PetscErrorCode FemModelAddPlane(FemModel model, const char *group, const PetscReal point[3], const PetscReal normal[3], PetscReal friction, PetscReal restitution, const Table *velocity);
 /* A facet group that lets waves out: dashpots rho c_p and rho c_s of the material behind it. Eqs (2.60)-(2.62) */
 PetscErrorCode FemModelAddAbsorber(FemModel model, const char *group);
 PetscErrorCode FemModelSetLocalDamping(FemModel model, PetscReal alpha); /* non-viscous, in [0, 1), eq. (5.3); explicit only */

@@ -129,10 +129,10 @@ void FemAbsorbAddToRows(FemModel model, PetscReal scale, PetscReal *value)
     for (PetscInt e = 0; e < dd; e++) value[(size_t)FemRowsColumn(model, ab->node[j], ab->node[j]) * dd + e] += scale * ab->block[j * dd + e];
 }
 
-/* Forces from outside that an explicit level sees: f_ext, with the dashpots' where there are any. */
+/* Forces from outside that an explicit level sees: f_ext, with the dashpots' and the planes' where there are any. */
 const PetscReal *FemOutside(FemModel model)
 {
-  return model->absorb.outside ? model->absorb.outside : model->f_ext;
+  return model->contact.outside ? model->contact.outside : model->absorb.outside ? model->absorb.outside : model->f_ext;
 }
 
 /*

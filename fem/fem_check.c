@@ -27,6 +27,8 @@ PetscErrorCode FemBalance(FemModel model, PetscReal value[6])
       if (moving && h > 0) f[d] -= model->mass[i] * ((model->v_next[k] - model->v[k]) / h + model->alpha * (model->started ? 0.5 * (model->v[k] + model->v_next[k]) : model->v[k]));
       if (moving && (inner || !(h > 0))) f[d] = model->f_int[k];
     }
+    if (model->contact.outside) /* a plane's push is a reaction, and outside has it too */
+      for (PetscInt d = 0; d < dim && !inner && h > 0; d++) f[d] -= model->contact.outside[i * dim + d] - (model->absorb.outside ? model->absorb.outside : model->f_ext)[i * dim + d];
     for (PetscInt d = 0; d < 3; d++) {
       value[d] += f[d];
       value[3 + d] += x[(d + 1) % 3] * f[(d + 2) % 3] - x[(d + 2) % 3] * f[(d + 1) % 3];

@@ -123,14 +123,16 @@ PetscErrorCode FemExplicitLevel(FemModel model, PetscReal dt)
   PetscCall(PetscMalloc2(model->n_fixes, &place, chunks, &sum));
   for (PetscInt k = 0; k < model->n_fixes; k++) place[k] = FemFixPosition(&model->fix[k], model->t + dt);
   if (model->absorb.n) FemAbsorbLevel(model, before, 0.5 * dt, place);
+  if (model->contact.outside) FemContactLevel(model, before, 0.5 * dt, level.keep, level.gain, place);
 #pragma omp parallel for schedule(static) num_threads(model->threads)
   for (PetscInt c = 0; c < chunks; c++) CloseLevel(model, &level, c * CHUNK, PetscMin(n, (c + 1) * CHUNK), place, sum[c]);
-  for (PetscInt j = 0; j < 4; j++) {
+  for (PetscInt j = 0; j < 8; j++) {
     model->level_sum[j] = 0;
-    for (PetscInt c = 0; c < chunks; c++) model->level_sum[j] += sum[c][j];
+    for (PetscInt c = 0; c < chunks && j < 4; c++) model->level_sum[j] += sum[c][j];
   }
   CloseFrames(model, &level, place, model->level_sum);
   if (model->absorb.n) FemAbsorbBook(model, before, 0.5 * dt, model->level_sum);
+  if (model->contact.n) FemContactBook(model, before, 0.5 * dt, model->level_sum);
   PetscCall(PetscFree2(place, sum));
   model->level_known = PETSC_TRUE;
   model->level_dt    = dt;
@@ -152,7 +154,7 @@ PetscErrorCode FemExplicitStep(void *ctx, PetscReal t, PetscReal dt)
 {
   FemModel       model = ctx;
   const PetscInt n     = model->n_own * model->dim;
-  PetscReal      sum[2], *place;
+  PetscReal      sum[5], *place;
 
   PetscFunctionBegin;
   if (t != model->t) model->level_known = PETSC_FALSE; /* asking for energies in between must not change a bit */
@@ -161,7 +163,15 @@ PetscErrorCode FemExplicitStep(void *ctx, PetscReal t, PetscReal dt)
   if (!model->started && model->pre.n) PetscCall(StartStressed(model, dt));
   sum[0] = model->level_sum[0] + model->level_sum[1];
   sum[1] = model->level_sum[2] + model->level_sum[3];
-  PetscCall(FemSum(model, 2, sum));
+  sum[2] = model->level_sum[4] + model->level_sum[5];
+  sum[3] = model->level_sum[6] + model->level_sum[7];
+  sum[4] = FemContactAdvance(model);
+  PetscCall(FemSum(model, model->contact.n_planes ? 5 : 2, sum));
+  if (model->contact.n_planes) {
+    model->contact.contact += sum[2] - sum[4];
+    model->contact.friction += sum[3];
+    sum[1] += sum[4];
+  }
   model->work += sum[0];
   model->work_in += PetscAbsReal(sum[0]);
   model->damping += sum[1];

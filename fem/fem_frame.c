@@ -474,7 +474,11 @@ PetscErrorCode FemTakeReactions(FemModel model, PetscReal *out_of_balance)
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < model->n_own * model->dim; k++) r[k] = model->f_int[k] - model->f_app[k] - model->f_ext[k];
+  for (PetscInt e = 0; e < model->contact.n; e++) /* planes push free nodes */
+    for (PetscInt d = 0; d < model->dim; d++) r[model->contact.node[e] * model->dim + d] -= model->contact.push[3 * e + d];
   sum = FemKeepHeld(model, r);
+  for (PetscInt e = 0; e < model->contact.n; e++)
+    for (PetscInt d = 0; d < model->dim; d++) r[model->contact.node[e] * model->dim + d] += model->contact.push[3 * e + d];
   if (out_of_balance) *out_of_balance = sum;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -135,6 +135,31 @@ typedef struct {
   PetscReal *outside;  /* explicit: [n_own*dim] f_ext and these; NULL when nothing absorbs */
 } FemAbsorb;
 
+/* A rigid plane that the nodes of a group do not pass. */
+typedef struct {
+  PetscInt  group;
+  PetscReal point[3], normal[3]; /* at t = 0 [m]; unit, towards the body */
+  PetscReal friction, restitution;
+  PetscBool moves;
+  Table     velocity[3]; /* n = 0: at rest [m/s] */
+} FemPlane;
+
+/* Nodes against planes.  fem_contact.c, fem_contact_static.c */
+typedef struct {
+  PetscInt   n_planes;
+  FemPlane  *plane;
+  PetscInt   n, *node, *of; /* [n] owned node and its plane, ascending */
+  PetscReal *gap;           /* [n] at rest [m] */
+  PetscReal *normal, *push; /* [n] across the plane [N], >= 0; [n][3] with friction */
+  PetscReal *held, *taken;  /* explicit: [n] energy taken since the node met the plane [J]; of it by this level */
+  char      *kick;          /* explicit: [n] this level's push gives it back */
+  PetscReal *outside;       /* explicit: [n_own*dim] forces from outside, pushes among them */
+  PetscReal  contact, friction; /* [J] up to the last level but for its second half, all ranks */
+  PetscReal   *spring;      /* static: [n] [N/m] */
+  PetscMPIInt *begin;       /* static: [size + 1] entries of each rank */
+  PetscReal   *flexible;    /* static: [N][N] motion across under unit pushes [m/N]; NULL until it is needed */
+} FemContact;
+
 /* Newmark and generalised-alpha.  fem_implicit.c */
 typedef struct {
   PetscReal  rho_inf; /* < 0: average acceleration */
@@ -250,6 +275,7 @@ struct _p_FemModel {
   FemRows     rows;      /* of the outer elements only while inner.m > 1 */
   FemInner    inner;
   FemAbsorb   absorb;
+  FemContact  contact;
   FemImplicit implicit;
   FemCorotate corotate;
   PetscReal   bound, critical, scale; /* [s], [s] 0 = not yet computed, [J] */
@@ -268,7 +294,7 @@ struct _p_FemModel {
   PetscReal *f_int, *f_app, *f_ext, *reaction; /* [n_own*dim] */
   PetscReal *load_value; /* [n_loads] tables at the last evaluation */
   PetscBool  loads_known, level_known;
-  PetscReal  level_dt, level_sum[4]; /* eq. (2.19): work and damping of the half step before, then after; this rank */
+  PetscReal  level_dt, level_sum[8]; /* eq. (2.19): work of the half step before, after; then of damping, contact, friction; this rank */
   PetscReal  work, damping, work_in, initial; /* [J] all ranks */
   PetscBool  lent;
   FemPre     pre;
@@ -414,6 +440,19 @@ void             FemAbsorbLevel(FemModel model, PetscReal before, PetscReal afte
 void             FemAbsorbBook(FemModel model, PetscReal before, PetscReal after, PetscReal sum[4]);
 const PetscReal *FemOutside(FemModel model);
 PetscErrorCode   FemAbsorbDestroy(FemModel model);
+/* fem_contact.c */
+PetscErrorCode FemSetUpContact(FemModel model);
+void           FemPlaneMotion(const FemPlane *plane, PetscReal t, PetscReal D[3]); /* [m] since t = 0 */
+void           FemContactLevel(FemModel model, PetscReal before, PetscReal after, PetscReal keep, PetscReal gain, const PetscReal *place);
+void           FemContactBook(FemModel model, PetscReal before, PetscReal after, PetscReal sum[8]);
+PetscReal      FemContactAdvance(FemModel model);
+PetscErrorCode FemContactSave(FemModel model, Checkpoint checkpoint);
+PetscErrorCode FemContactLoad(FemModel model, Checkpoint checkpoint);
+PetscErrorCode FemContactDestroy(FemModel model);
+/* fem_contact_static.c */
+PetscErrorCode FemContactStaticSetUp(FemModel model);
+void           FemContactStiffen(FemModel model, PetscReal *value);
+PetscErrorCode FemContactSolve(FemModel model, PetscReal t);
 /* fem_start.c, fem_implicit.c */
 PetscErrorCode FemStart(FemModel model);
 PetscErrorCode FemImplicitSetUp(FemModel model);

@@ -212,10 +212,15 @@ PetscErrorCode FemImplicitStep(void *ctx, PetscReal t, PetscReal h)
   PetscCall(Blend(model, 1 - af, model->u, af, u, im->x));
   PetscCall(FemApply(model, im->x, im->r));
   PetscCall(FemLoadsAt(model, t + h));
+  if (model->pre.n) { /* stress apart from displacement, as of the instant of balance */
+    for (PetscInt k = 0; k < n; k++) im->r[k] += af * model->pre.force[k];
+    FemPrestressAdvance(model, t + h);
+    for (PetscInt k = 0; k < n; k++) im->r[k] += (1 - af) * model->pre.force[k];
+  }
   PetscCall(VecGetArrayWrite(model->rhs, &b));
   PetscCall(VecGetArrayWrite(model->solution, &s));
   for (PetscInt k = 0; k < n; k++) {
-    b[k] = (1 - af) * model->f_app[k] + af * f_app[k] - im->r[k] - im->p[k] - im->q[k] - (model->pre.n ? model->pre.force[k] : 0);
+    b[k] = (1 - af) * model->f_app[k] + af * f_app[k] - im->r[k] - im->p[k] - im->q[k];
     s[k] = unit * a[k]; /* first guess of an iterative solver */
   }
   FemIntoFrames(model, b);
@@ -239,6 +244,13 @@ PetscErrorCode FemImplicitStep(void *ctx, PetscReal t, PetscReal h)
   PetscCall(FemApply(model, model->u, model->f_int));
   FemAddPrestress(model);
   PetscCall(Book(model, h));
+  if (model->pre.n) {
+    PetscReal heat;
+
+    PetscCall(FemHeatWork(model, &heat));
+    model->work += heat;
+    model->work_in += PetscAbsReal(heat);
+  }
   model->started     = PETSC_TRUE;
   model->t           = t + h;
   model->dt_last     = h;

@@ -390,10 +390,10 @@ PetscErrorCode FemModelSetUp(FemModel model)
   PetscCall(FemSetUpPrestress(model));
   BaseCheckInput(model->stiff_damping == 0 || model->method == FEM_IMPLICIT, model->comm, "Stiffness-proportional damping of %g s needs the implicit method: central differences would have to shorten their step to 2/omega (sqrt(1 + x^2) - x), x = beta omega/2; use mass-proportional damping, or the implicit method", (double)model->stiff_damping);
   BaseCheckInput(model->local == 0 || model->method == FEM_EXPLICIT, model->comm, "Local damping needs the explicit method; use viscous damping");
-  BaseCheckInput(!model->pre.n_heat || model->method != FEM_IMPLICIT, model->comm, "%s: temperature in implicit dynamics is not covered; run it static or explicit", model->source);
   BaseCheckInput(!model->pre.n || model->method != FEM_MODAL, model->comm, "%s: in-situ stress and temperature do not change the frequencies of a body at small strain; take them out of a modal run", model->source);
   PetscCall(FemCorotateCheck(model));
   PetscCall(FemSetUpAbsorbers(model));
+  PetscCall(FemSetUpContact(model));
   if (model->method == FEM_STATIC) PetscCall(FemStaticSetUp(model));
   else if (model->method == FEM_IMPLICIT) PetscCall(FemImplicitSetUp(model));
   else if (model->method == FEM_MODAL) PetscCall(FemModalSetUp(model));
@@ -494,6 +494,7 @@ PetscErrorCode FemModelDestroy(FemModel *model)
   PetscCall(PetscFree2(m->v_next, m->reaction));
   PetscCall(FemSolverDestroy(m));
   PetscCall(FemAbsorbDestroy(m));
+  PetscCall(FemContactDestroy(m));
   PetscCall(FemImplicitDestroy(m));
   PetscCall(PetscFree(*model));
   *model = NULL;

@@ -10,7 +10,7 @@
 #include "fem_recover.h"
 
 enum { FIT_NONE, FIT_SAMPLES, FIT_RULE, FIT_MEAN }; /* best points; points of a whole rule, for flat patches; the mean */
-#define FLAT 1e-8 /* of what is left of a term after those before it: points in a line or plane */
+#define FLAT 1e-3 /* of what is left of a term, squared, after those before it: points in a line or plane, or nearly; a fit magnifies errors by its inverse */
 
 /* ---- exchange ---- */
 

@@ -177,7 +177,7 @@ PetscErrorCode FemSolverWants(FemModel model, FemSolver *solver)
   for (PetscInt r = 0; r < model->n_regions; r++) poisson = PetscMax(poisson, model->region[r].material.poisson);
   for (PetscInt c = 0; c < model->n_cells; c++) linear += MeshCellLinear((MeshCellType)model->cell_type[c]) == (MeshCellType)model->cell_type[c];
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &linear, 1, MPIU_INT, MPI_SUM, model->comm));
-  PetscCall(RuleOrOptions(model->dim, model->method == FEM_STATIC && !linear ? 2 : 1, (PetscReal)model->N_nodes * model->dim, poisson, model->size, solver));
+  PetscCall(RuleOrOptions(model->dim, model->method == FEM_STATIC && !linear && !model->contact.n_planes ? 2 : 1, (PetscReal)model->N_nodes * model->dim, poisson, model->size, solver));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

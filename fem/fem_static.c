@@ -20,6 +20,7 @@ PetscErrorCode FemStaticSetUp(FemModel model)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(FemRowsCreate(model));
+  FemContactStiffen(model, model->rows.value);
   FemRowsIntoFrames(model, model->rows.value);
   PetscCall(FemSolverCreate(model, model->rows.value));
   PetscCall(FemRowsDestroy(model)); /* K is in the matrix now; forces and reactions come from the elements */
@@ -77,6 +78,7 @@ static PetscErrorCode SolveAt(FemModel model, PetscReal t)
     if (FemHeld(model, k) >= 0) b[k] = model->diagonal * place[FemHeld(model, k)];
   PetscCall(VecRestoreArrayWrite(model->rhs, &b));
   PetscCall(FemSolverSolve(model));
+  PetscCall(FemContactSolve(model, t));
   PetscCall(VecGetArrayRead(model->solution, &a));
   for (PetscInt k = 0; k < n; k++) model->u[k] = FemHeld(model, k) >= 0 ? place[FemHeld(model, k)] : a[k];
   PetscCall(VecRestoreArrayRead(model->solution, &a));
@@ -93,10 +95,12 @@ PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt)
 {
   FemModel       model = ctx;
   const PetscInt n     = model->n_own * model->dim;
-  PetscReal     *old_u, *old_force, work = 0, heat;
+  FemContact    *contact = &model->contact;
+  PetscReal     *old_u, *old_force, *old_push, work[2] = {0, 0}, heat; /* of all forces; of it by planes on motion that is not theirs */
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc2(n, &old_u, n, &old_force));
+  PetscCall(PetscMalloc3(n, &old_u, n, &old_force, contact->n, &old_push));
+  for (PetscInt e = 0; e < contact->n; e++) old_push[e] = contact->normal[e];
   for (PetscInt k = 0; k < n; k++) {
     old_u[k]     = model->u[k];
     old_force[k] = model->f_app[k] + model->reaction[k];
@@ -105,13 +109,24 @@ PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt)
   PetscCall(SolveAt(model, t + dt));
   for (PetscInt k = 0; k < n; k++) { /* eq. (2.16) */
     model->v[k] = (model->u[k] - old_u[k]) / dt;
-    work += 0.5 * (old_force[k] + model->f_app[k] + model->reaction[k]) * (model->u[k] - old_u[k]);
+    work[0] += 0.5 * (old_force[k] + model->f_app[k] + model->reaction[k]) * (model->u[k] - old_u[k]);
   }
-  PetscCall(PetscFree2(old_u, old_force));
-  PetscCall(FemSum(model, 1, &work));
+  for (PetscInt e = 0; e < contact->n; e++) { /* eq. (2.131) */
+    const FemPlane *plane = &contact->plane[contact->of[e]];
+    PetscReal       from[3], to[3], across = 0;
+
+    FemPlaneMotion(plane, t, from);
+    FemPlaneMotion(plane, t + dt, to);
+    for (PetscInt d = 0; d < model->dim; d++) across += plane->normal[d] * (model->u[contact->node[e] * model->dim + d] - old_u[contact->node[e] * model->dim + d] - (to[d] - from[d]));
+    work[1] += 0.5 * (old_push[e] + contact->normal[e]) * across;
+  }
+  PetscCall(PetscFree3(old_u, old_force, old_push));
+  PetscCall(FemSum(model, 2, work));
   PetscCall(FemHeatWork(model, &heat));
-  model->work += work + heat;
-  model->work_in += PetscAbsReal(work) + PetscAbsReal(heat);
+  contact->contact -= work[1];
+  work[0] -= work[1];
+  model->work += work[0] + heat;
+  model->work_in += PetscAbsReal(work[0]) + PetscAbsReal(heat);
   model->started = PETSC_TRUE;
   model->t       = t + dt;
   model->dt_last = dt;
@@ -131,6 +146,7 @@ PetscErrorCode FemPreload(FemModel model)
   n = (size_t)model->rows.start[model->n_own] * model->dim * model->dim;
   PetscCall(PetscMalloc1(n, &value));
   PetscCall(PetscArraycpy(value, model->rows.value, n));
+  FemContactStiffen(model, value);
   FemRowsIntoFrames(model, value);
   PetscCall(FemSolverCreate(model, value));
   PetscCall(PetscFree(value));

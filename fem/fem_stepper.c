@@ -51,7 +51,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
 {
   FemModel       model  = ctx;
   const PetscInt n      = model->n_own * model->dim;
-  PetscReal      sum[4] = {0, 0, 0, 0}; /* kinetic, strain, work and damping of the half step up to now */
+  PetscReal      sum[6] = {0, 0, 0, 0, 0, 0}; /* kinetic, strain; work, damping, contact and friction of the half step up to now */
 
   PetscFunctionBegin;
   PetscCall(Close(model));
@@ -61,14 +61,18 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
     else for (PetscInt k = 0; k < n; k++) sum[0] += 0.5 * model->mass[k / model->dim] * model->v[k] * (model->started ? model->v_next[k] : model->v[k]);
     sum[2] = model->started ? model->level_sum[0] : 0;
     sum[3] = model->started ? model->level_sum[2] : 0;
+    sum[4] = model->started ? model->level_sum[4] : 0;
+    sum[5] = model->started ? model->level_sum[6] : 0;
   }
   if (model->method == FEM_IMPLICIT) sum[0] = model->implicit.kinetic;
-  PetscCall(FemSum(model, 4, sum));
+  PetscCall(FemSum(model, 6, sum));
   PetscCall(PetscMemzero(ledger, sizeof(*ledger)));
   ledger->energy[LEDGER_KINETIC] = sum[0];
   ledger->energy[LEDGER_STRAIN]  = sum[1];
   ledger->energy[LEDGER_WORK]    = model->work + sum[2];
   ledger->energy[LEDGER_DAMPING] = model->damping + sum[3];
+  ledger->energy[LEDGER_CONTACT]  = model->contact.contact + sum[4];
+  ledger->energy[LEDGER_FRICTION] = model->contact.friction + sum[5];
   ledger->initial                = model->initial;
   ledger->work_in                = PetscMax(model->work_in, PetscAbsReal(model->work + sum[2]));
   ledger->scale                  = model->scale;
@@ -255,6 +259,7 @@ static PetscErrorCode StepperSave(void *ctx, Checkpoint checkpoint)
     PetscCall(CheckpointWriteReal(checkpoint, "fem/acceleration", n, all));
   }
   PetscCall(PetscFree(all));
+  PetscCall(FemContactSave(model, checkpoint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -286,6 +291,7 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint checkpoint)
   model->work_in     = state[5];
   model->initial     = state[6];
   model->level_known = PETSC_FALSE;
+  PetscCall(FemContactLoad(model, checkpoint));
   PetscCall(FemGhosts(model, model->u));
   PetscCall(FemForces(model));
   if (model->pre.n && (model->started || model->method != FEM_STATIC)) {

@@ -253,6 +253,7 @@ PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], Pe
 
   PetscFunctionBegin;
   PetscCheck(!model->corotate.on, model->comm, PETSC_ERR_SUP, "Corotational elements go in one step, all together");
+  BaseCheckInput(m == 1 || !model->contact.n_planes, model->comm, "%s: a rigid plane met by elements with sub-steps is not covered; take one step for both sides (coupling: {substeps: 1})", model->source);
   PetscCheck(model->ready && model->method == FEM_EXPLICIT && model->size == 1 && !model->started, model->comm, PETSC_ERR_ORDER, "Sub-steps are set on one rank, after set-up and before the first explicit step");
   PetscCheck(whole > 0, model->comm, PETSC_ERR_ORDER, "Ask for the critical step before elements are set apart");
   BaseCheckInput(m == 1 || model->operator == FEM_ROWS, model->comm, "Sub-steps need assembled rows; leave out -fem_elements, or take one step");

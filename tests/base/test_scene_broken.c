@@ -124,6 +124,12 @@ static const struct {
   {1,  "time: {end: 1 ms, method: static, preload: static}", "1:35", "'preload' belongs to time.method: explicit or implicit, and this run is static"},
   {14, "  - {group: xmin, absorb: 3}",              "14:27", "absorb is 3; allowed: true, false"                                                      },
   {14, "  - {group: xmin, absorb: false}",          "14:5",  "conditions[0] does nothing"                                                             },
+  {14, "  - {group: xmin, plane: {}}",              "14:19", "plane has no 'point'"                                                                   },
+  {14, "  - {group: xmin, plane: {point: [0 m, 0 m, 0 m]}}", "14:19", "plane has no 'normal'"                                                         },
+  {14, "  - {group: xmin, plane: {point: [0 m, 0 m], normal: [1, 0, 0]}}", "14:34", "point"                                                           },
+  {14, "  - {group: xmin, plane: {point: [0 m, 0 m, 0 m], normal: [1, 0, 0], friction: -1}}", "14:80", "friction is -1"                               },
+  {14, "  - {group: xmin, plane: {point: [0 m, 0 m, 0 m], normal: [1, 0, 0], restitution: 2}}", "14:83", "restitution is 2"                           },
+  {14, "  - {group: xmin, plane: {point: [0 m, 0 m, 0 m], normal: [1, 0, 0], velocity: {x: 1 m}}}", "14:84", "1 m"                                    },
   /* conditions, tables, tools */
   {14, "  - {group: xmin}",                         "14:5",  "conditions[0] does nothing; give one of fix, symmetry, velocity"                                  },
   {14, "  - {fix: x}",                              "14:5",  "conditions[0] has no 'group'"                                                           },
