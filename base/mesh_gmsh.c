@@ -329,6 +329,30 @@ static PetscErrorCode FillMesh(Reading *r, const char *file, PetscReal scale, Me
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Places a file makes repeat each other (its Periodic section, Periodic Curve, Periodic Surface): nothing here would keep their nodes together. */
+static void CheckPeriodic(const char *file, char words[BASE_LINE])
+{
+  static const char *const word[] = {"point", "curve", "surface", "volume"};
+  int                     *entity = NULL, ierr;
+  size_t                   n = 0;
+
+  gmshModelGetEntities(&entity, &n, -1, &ierr);
+  for (size_t k = 0; k + 1 < n && !ierr && !words[0]; k += 2) {
+    size_t *node = NULL, *other = NULL, n_node = 0, n_other = 0, n_map = 0;
+    double *map    = NULL;
+    int     master = entity[k + 1], fails;
+
+    gmshModelMeshGetPeriodicNodes(entity[k], entity[k + 1], &master, &node, &n_node, &other, &n_other, &map, &n_map, 0, &fails);
+    if (!fails && master != entity[k + 1])
+      (void)PetscSNPrintf(words, BASE_LINE, "%s: %s %d is periodic, it repeats %s %d; a body has no sides that are tied to others: take the periodic section out and mesh again", file, word[entity[k]], entity[k + 1],
+                          word[entity[k]], master);
+    gmshFree(node);
+    gmshFree(other);
+    gmshFree(map);
+  }
+  gmshFree(entity);
+}
+
 static void SetOption(const char *name, double value)
 {
   int ierr; /* an option this gmsh does not know changes nothing */
@@ -364,6 +388,7 @@ static PetscErrorCode ReadOpened(const char *file, MeshDraw draw, const void *ct
     gmshModelMeshGenerate(options->dimension, &ierr);
     if (ierr) MeshGmshWords_Internal(words, "mesh", file);
   }
+  if (!words[0] && !draw) CheckPeriodic(file, words);
   if (!words[0]) PetscCall(ReadCells(&r, file, options->facets ? (int)options->dimension : 3, words));
   if (!words[0]) PetscCall(FillMesh(&r, file, options->scale, mesh, words));
   if (!words[0] && mesh->dim != options->dimension)

@@ -776,6 +776,85 @@ def test_drum(folder):
     mean, least, most = read_off("rotating_drum", os.path.join(folder, "out"))
     check(abs(mean - 21.5) < 1.5 and least > 12 and most < 32, mean, least, most)
     check(last_row(folder, "out")["ledger_error"] < 1e-3, last_row(folder, "out"))
+def test_elements(folder):
+    """What a scene says of its elements reaches them: cells without inner nodes, plain cells that lock, an orthotropic material."""
+    static = FEM.replace("end: 40 us", "end: 1 s, method: static").replace("every: 2 us", "every: 1 s").replace("every: 20 us", "every: 1 s").replace("displacement(xmax)]", "displacement(xmax), displacement(ymax)]")
+    nodes = {}
+    for name, mesh in (("whole", "order: 2"), ("bare", "order: 2, incomplete: true"), ("linear", "order: 1"), ("plain", "order: 1, element: full")):
+        write(folder, name + ".yaml", static.replace("size: 2 mm, cells: quad", "size: 10 mm, cells: quad, " + mesh))
+        cleave("run", name + ".yaml", cwd=folder)
+        data = frames(os.path.join(folder, "results", name))
+        nodes[name] = len(data[sorted(key for key in data if key.endswith("point_data/displacement"))[-1]])
+    check(nodes == {"whole": 9 * 3, "bare": 9 * 3 - 4, "linear": 5 * 2, "plain": 5 * 2}, nodes)
+    tip = {name: last_row(folder, "results/" + name)["displacement(xmax).y"] for name in nodes}
+    check(abs(tip["linear"] / tip["whole"] - 1) < 0.05 and tip["plain"] / tip["whole"] < 0.75, tip)
+
+    wood = "wood: {density: 500 kg/m3, orthotropic: {young_1: 12 GPa, young_2: 1 GPa, young_3: 1 GPa, poisson_12: 0.4, poisson_13: 0.4, poisson_23: 0.3, shear_12: 0.8 GPa, shear_13: 0.8 GPa, shear_23: 0.4 GPa}}"
+    pulled = static.replace("steel: {density: 7850 kg/m3, young: 210 GPa, poisson: 0.3}", wood).replace("material: steel", "material: wood").replace("xmin, fix: all", "xmin, fix: x}\n  - {group: ymin, fix: y").replace("traction: {y: -1 MPa}", "traction: {x: 6 MPa}")
+    write(folder, "wood.yaml", pulled)
+    cleave("run", "wood.yaml", cwd=folder)
+    row = last_row(folder, "results/wood")
+    check(abs(row["displacement(xmax).x"] / (6e6 / 12e9 * 40e-3) - 1) < 1e-9, row)
+    check(abs(row["displacement(ymax).y"] / (-0.4 * 6e6 / 12e9 * 10e-3) - 1) < 1e-9, row)
+    for old, new, part in (("shear_23: 0.4 GPa", "", "shear_23"), ("poisson_12: 0.4", "poisson_12: 4", "Poisson"), ("orthotropic: {", "young: 1 GPa, orthotropic: {", "young")):
+        write(folder, "bad.yaml", pulled.replace(", " + old if not new else old, new))
+        text = cleave("run", "bad.yaml", cwd=folder, expect=2)
+        check("bad.yaml:" in text and part in text, text)
+    write(folder, "bad.yaml", static.replace("cells: quad", "cells: tri, order: 2, incomplete: perhaps"))
+    check("incomplete is perhaps" in cleave("check", "bad.yaml", cwd=folder, expect=2), "incomplete: perhaps")
+
+
+def test_plane(folder):
+    """Finite elements against a rigid plane: a bar bounces off a wall, whole; pressed onto one it stands as if held; the same bits resumed, the same answer on two ranks."""
+    wall = FEM.replace("xmin, fix: all", "xmin, plane: {point: [0 mm, 0 mm], normal: [1, 0]}").replace("  - {group: xmax, traction: {y: -1 MPa}}\n", "").replace("material: steel", "material: steel\n    initial_velocity: [-2 m/s, 0 m/s]")
+    wall = wall.replace("poisson: 0.3", "poisson: 0")
+    write(folder, "wall.yaml", wall)
+    cleave("run", "wall.yaml", cwd=folder)
+    rows = numpy.genfromtxt(os.path.join(folder, "results/wall/history.csv"), delimiter=",", names=True, deletechars="")
+    push, time = rows["reaction(xmin).x[N]"], rows["time[s]"]
+    speed = (210e9 / 7850) ** 0.5
+    force = 7850 * speed * 2 * 10e-3 * 10e-3  # rho c v A
+    during = (time > 2e-6) & (time < 0.9 * 2 * 40e-3 / speed)
+    check(during.sum() > 4 and abs(push[during].mean() / force - 1) < 0.05, push, force)
+    check(abs(push[time > 1.15 * 2 * 40e-3 / speed]).max() == 0, push, time, "contact outlasts 2 L/c")
+    check(abs(rows["displacement(xmax).x[m]"][-1] - (-2 * 40e-3 / speed + 2 * (time[-1] - 40e-3 / speed))) < 4e-6, rows["displacement(xmax).x[m]"][-1])
+    energy = summary(folder, "results/wall")["energy"]
+    check(energy["worst_error"] < 1e-9, energy)
+    first = 0.5 * 7850 * 40e-3 * 1e-4 * 4
+    check(abs((energy["kinetic_J"] + energy["strain_J"]) / first - 1) < 1e-9, energy, first)
+    cleave("run", "wall.yaml", "--output", "parts", "--stop-after", "20", cwd=folder)
+    cleave("run", "wall.yaml", "--output", "parts", "--resume", cwd=folder)
+    same_results(os.path.join(folder, "results/wall"), os.path.join(folder, "parts"))
+
+    pressed = wall.replace("    initial_velocity: [-2 m/s, 0 m/s]\n", "").replace("end: 40 us", "end: 1 s, method: static, steps: 2").replace("every: 2 us", "every: 0.5 s").replace("every: 20 us", "every: 1 s")
+    pressed = pressed.replace("output:", "  - {group: ymin, fix: y}\n  - {group: xmax, displacement: {x: {ramp: {to: -40 um, over: 1 s}}}}\noutput:", 1)
+    write(folder, "pressed.yaml", pressed)
+    cleave("run", "pressed.yaml", cwd=folder)
+    row = last_row(folder, "results/pressed")
+    check(abs(row["reaction(xmin).x"] / (210e9 * 1e-3 * 1e-4) - 1) < 1e-9, row)
+    check(summary(folder, "results/pressed")["constructed"]["factorisations"] == 1, "factorisations")
+    done = subprocess.run(["mpiexec", "--oversubscribe", "-n", "2", CLEAVE, "run", "--threads", "1", "--no-plots", "pressed.yaml", "--output", "two"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
+    check(done.returncode == 0, done.stdout)
+    check(abs(last_row(folder, "two")["reaction(xmin).x"] / row["reaction(xmin).x"] - 1) < 1e-10, "two ranks")
+    write(folder, "pulled.yaml", pressed.replace("to: -40 um", "to: 40 um").replace("displacement: {x: {ramp: {to: 40 um, over: 1 s}}}", "traction: {x: 1 MPa}"))
+    check("nothing else holds it" in cleave("run", "pulled.yaml", cwd=folder, expect=2), "pulled off")
+
+
+def test_new(folder):
+    """cleave new elastic and wave give what they promise: a cantilever's tip, the peak of a pulse that leaves."""
+    for kind in ("elastic", "wave"):
+        cleave("new", kind, kind + ".yaml", cwd=folder)
+        cleave("run", kind + ".yaml", cwd=folder)
+    row = last_row(folder, "results/elastic")
+    length, side, young, poisson = 0.2, 0.02, 210e9, 0.3
+    tip = 400 * length ** 3 / (3 * young * side ** 4 / 12) + 400 * length / (10 * (1 + poisson) / (12 + 11 * poisson) * young / 2.6 * side ** 2)
+    check(abs(row["reaction(xmin).z"] / 400 - 1) < 1e-6, row)
+    check(0.97 < -row["displacement(xmax).z"] / tip < 1.01, row["displacement(xmax).z"], tip)
+    rows = numpy.genfromtxt(os.path.join(folder, "results/wave/history.csv"), delimiter=",", names=True, deletechars="")
+    far = rows["velocity(xmax).x[m/s]"]
+    check(abs(far.max() / (1e6 / (2400 * 4000.0)) - 1) < 0.02 and abs(rows["time[s]"][far.argmax()] - 550e-6) < 10e-6, far.max())
+    energy = summary(folder, "results/wave")["energy"]
+    check(energy["kinetic_J"] + energy["strain_J"] < 2e-3 * energy["work_J"] and energy["worst_error"] < 1e-10, energy)
 
 
 def test_cantilever(folder):

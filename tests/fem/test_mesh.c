@@ -224,6 +224,26 @@ static PetscErrorCode TestRefusals(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sides that repeat each other, drawn so or in the file's own section. */
+static PetscErrorCode TestPeriodicIsRefused(void)
+{
+  Mesh mesh = {{0}};
+
+  PetscFunctionBeginUser;
+  CheckFails(ReadText(".msh",
+                      "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 2 \"plate\"\n$EndPhysicalNames\n"
+                      "$Entities\n0 2 1 0\n1 0 0 0 1 0 0 0 0\n2 0 1 0 1 1 0 0 0\n1 0 0 0 1 1 0 1 2 2 1 2\n$EndEntities\n"
+                      "$Nodes\n3 4 1 4\n1 1 0 2\n1\n2\n0 0 0\n1 0 0\n1 2 0 2\n3\n4\n1 1 0\n0 1 0\n2 1 0 0\n$EndNodes\n"
+                      "$Elements\n1 2 1 2\n2 1 2 2\n1 1 2 3\n2 1 3 4\n$EndElements\n$Periodic\n1\n1 2 1\n0\n2\n3 2\n4 1\n$EndPeriodic\n",
+                      &plane, &mesh),
+             PETSC_ERR_USER_INPUT, "curve 2 is periodic, it repeats curve 1");
+  CheckFails(ReadText(".geo", "Point(1) = {0, 0, 0, 0.5};\nPoint(2) = {1, 0, 0, 0.5};\nPoint(3) = {1, 1, 0, 0.5};\nPoint(4) = {0, 1, 0, 0.5};\nLine(1) = {1, 2};\nLine(2) = {2, 3};\nLine(3) = {3, 4};\nLine(4) = {4, 1};\nCurve Loop(1) = {1, 2, 3, 4};\n"
+                              "Plane Surface(1) = {1};\nPeriodic Curve {2} = {-4};\nPhysical Surface(\"plate\") = {1};\n",
+                      &plane, &mesh),
+             PETSC_ERR_USER_INPUT, "point 2 is periodic, it repeats point 1");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A file that breaks off anywhere is refused, never half read. */
 static PetscErrorCode TestCutFilesAreRefused(void)
 {
@@ -273,7 +293,8 @@ CHECK_TEST(TestSameFileSameMesh)
 CHECK_TEST(TestSecondOrderIsRead)
 CHECK_TEST(TestMeshFile)
 CHECK_TEST(TestRefusals)
+CHECK_TEST(TestPeriodicIsRefused)
 CHECK_TEST(TestCutFilesAreRefused)
 
-static const struct CMUnitTest tests[] = {TEST(TestRound), TEST(TestBoxes), TEST(TestPlaneGeometry), TEST(TestSameFileSameMesh), TEST(TestSecondOrderIsRead), TEST(TestMeshFile), TEST(TestRefusals), TEST(TestCutFilesAreRefused)};
+static const struct CMUnitTest tests[] = {TEST(TestRound), TEST(TestBoxes), TEST(TestPlaneGeometry), TEST(TestSameFileSameMesh), TEST(TestSecondOrderIsRead), TEST(TestMeshFile), TEST(TestRefusals), TEST(TestPeriodicIsRefused), TEST(TestCutFilesAreRefused)};
 CHECK_MAIN(tests)
