@@ -298,15 +298,16 @@ static PetscErrorCode TimeWords(AppCase *c, size_t size, char words[])
 static PetscErrorCode SolverWords(AppCase *c, PetscReal dofs, size_t size, char words[])
 {
   PetscReal poisson = -1;
-  PetscInt  times   = c->preload + (c->time != APP_EXPLICIT);
+  PetscInt  times   = c->preload + (c->time != APP_EXPLICIT), planes = 0;
   char      name[128], ending[64];
 
   PetscFunctionBegin;
   words[0] = 0;
   if (!times) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt p = 0; p < c->n_parts; p++) poisson = PetscMax(poisson, c->part[p].poisson);
+  for (PetscInt k = 0; k < c->n_loads; k++) planes += c->load[k].kind == APP_PLANE; /* they want a matrix */
   if (c->time == APP_MODAL) PetscCall(BaseFormat(name, "Cholesky (%s)", c->size == 1 ? "CHOLMOD" : "MUMPS"));
-  else PetscCall(FemSolverWords(c->dim, c->time == APP_STATIC ? c->mesh_order : 1, dofs, poisson, c->size, sizeof(name), name));
+  else PetscCall(FemSolverWords(c->dim, c->time == APP_STATIC && !planes ? c->mesh_order : 1, dofs, poisson, c->size, sizeof(name), name));
   if (!strncmp(name, "Cholesky", 8)) PetscCall(BaseFormat(ending, ", %d factorisation%s%s", (int)times, times > 1 ? "s" : "", c->time == APP_EXPLICIT ? " before the first step" : c->time == APP_MODAL ? "" : " for all steps"));
   else PetscCall(BaseFormat(ending, ", set up %s", times > 1 ? "twice" : "once"));
   PetscCall(PetscSNPrintf(words, size, "%s%s", name, ending));

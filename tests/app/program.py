@@ -776,6 +776,8 @@ def test_drum(folder):
     mean, least, most = read_off("rotating_drum", os.path.join(folder, "out"))
     check(abs(mean - 21.5) < 1.5 and least > 12 and most < 32, mean, least, most)
     check(last_row(folder, "out")["ledger_error"] < 1e-3, last_row(folder, "out"))
+
+
 def test_elements(folder):
     """What a scene says of its elements reaches them: cells without inner nodes, plain cells that lock, an orthotropic material."""
     static = FEM.replace("end: 40 us", "end: 1 s, method: static").replace("every: 2 us", "every: 1 s").replace("every: 20 us", "every: 1 s").replace("displacement(xmax)]", "displacement(xmax), displacement(ymax)]")
