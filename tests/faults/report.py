@@ -18,6 +18,20 @@ which repeats everything below (`--part kills`, `cuts`, `memory`, `disk`, `fuzz`
 """
 
 
+FOUND = """\
+
+## What was found, and is mended
+
+- gmsh crashes on a damaged .msh: a child process reads it first, and what happens to it becomes a message.
+- HDF5 crashes on a damaged index of frames, and may on a damaged checkpoint: both now bear a mark of all their bytes and are refused without it.
+- HDF5 crashes at the end of a process whose disk was full: it no longer tidies up there.
+- A packing of ours, cut short, was read as a smaller packing: its first line tells how many particles there are.
+- The ledger called the first step of a free fall from rest lost (its error is 1/(4n^2) of the work at step n): it is not judged before step 10.
+- cracks.csv, fragments.csv, switches.csv and modes.csv were written in place: they are renamed there.
+- A failed fsync of a checkpoint went unnoticed.
+"""
+
+
 def load(path):
     try:
         with open(path) as file:
@@ -109,7 +123,8 @@ def write(data, path):
         table(out, *found["examples"]["head"])
         for cells in found["examples"]["rows"]:
             row(out, *cells)
+    out.append(FOUND)
     processor = subprocess.run("grep -m1 'model name' /proc/cpuinfo | cut -d: -f2", shell=True, stdout=subprocess.PIPE, text=True).stdout.strip()
-    out += ["", "Parts were made on: " + ", ".join("%s %s" % (name, part["date"]) for name, part in sorted(found.items())) + " (%s, %s)." % (platform.system(), processor or "unknown processor"), ""]
+    out += ["", "The parts were run one by one, each on the program as it then was: " + ", ".join("%s %s" % (name, part["date"]) for name, part in sorted(found.items())) + " (%s, %s)." % (platform.system(), processor or "unknown processor"), ""]
     with open(path, "w") as file:
         file.write(HEAD + "\n".join(out))
