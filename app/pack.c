@@ -32,7 +32,10 @@ static PetscErrorCode ReadCells(AppCase *c, const DemPackingReport *r, CellRepor
     const PetscInt p = cells->p[f], q = cells->q[f];
     PetscReal      n[3], d = 0;
 
-    for (PetscInt i = 0; i < 3; i++) d += PetscSqr(n[i] = x[3 * q + i] - x[3 * p + i]);
+    for (PetscInt i = 0; i < 3; i++) {
+      n[i] = x[3 * q + i] - x[3 * p + i];
+      d += n[i] * n[i];
+    }
     d = PetscSqrtReal(d);
     Count(20 * (d / (c->packing.r[p] + c->packing.r[q]) - 1 + 0.2), report->gap);
     area += cells->area[f];

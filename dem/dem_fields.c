@@ -25,6 +25,32 @@ static void BondState(DemModel model, PetscInt e, BondNow *now)
   }
 }
 
+/* The broken part of a facet, pressed shut and rubbing: added to t.  Eq. (4.26) */
+static void AddClosed(DemModel model, PetscInt e, const BondNow *now, PetscReal t[3])
+{
+  const DemCrackState *crack = &model->crack;
+  const PetscInt       n = model->n, p = model->bonds.p[e], q = model->bonds.q[e];
+  const PetscReal      stiff = 2 * model->g_shear * model->bonds.k[e] * crack->damage[e];
+  PetscReal            y[3] = {0}, turn[3], slip[3], d = 0, normal = 0;
+
+  if (crack->state[e] & (DEM_BOND_PARTED | DEM_BOND_SLID)) return;
+  for (PetscInt c = 0; c < model->dim; c++) {
+    y[c] = model->x0[c * n + q] - model->x0[c * n + p];
+    d += y[c] * y[c];
+  }
+  DemTurn(model->dim, n, p, model->rot, y, turn);
+  for (PetscInt c = 0; c < 3; c++) {
+    y[c] = (y[c] + turn[c]) / PetscSqrtReal(d); /* the facet's normal now: it turns with p, as the slip does */
+    normal += now->gap[c] * y[c];
+  }
+  if (normal >= 0) return;
+  DemTurn(model->dim, n, p, model->rot, crack->slip + 3 * e, turn);
+  for (PetscInt c = 0; c < 3; c++) {
+    slip[c] = crack->slip[3 * e + c] + turn[c];
+    t[c] += stiff * (now->gap[c] - slip[c]); /* normal part, and what of the tangential one has not slipped */
+  }
+}
+
 void DemBondForce_Internal(DemModel model, PetscInt e, PetscReal t[3])
 {
   const DemBonds *b = &model->bonds;
@@ -40,6 +66,7 @@ void DemBondForce_Internal(DemModel model, PetscInt e, PetscReal t[3])
   }
   BondState(model, e, &now);
   for (PetscInt d = 0; d < 3; d++) t[d] = b->now[e] * (g2 * now.gap[d] + model->lambda * (model->dilation[b->p[e]] * now.a[d] - model->dilation[b->q[e]] * now.b[d]));
+  if (model->crack.damage && model->crack.damage[e] > 0) AddClosed(model, e, &now, t);
 }
 
 /* Symmetric part of sum(vector (x) arm)/volume into Voigt xx yy zz xy yz zx. */

@@ -169,8 +169,9 @@ static PetscErrorCode TestPressedShut(void)
   PetscFunctionBeginUser;
   for (PetscInt dim = 2; dim <= 3; dim++)
     for (int c = 0; c < 3; c++) {
-      PetscReal strain = 0, lost = 0, rub = 0;
-      Pair      p;
+      PetscReal   strain = 0, lost = 0, rub = 0;
+      Pair        p;
+      DemBondList list;
 
       PetscCall(PairBreak(dim, 0, &tension[c], &p));
       CheckNear(p.force[0], 0, 1e-9 * tension[c].tensile * p.A);
@@ -180,6 +181,8 @@ static PetscErrorCode TestPressedShut(void)
         for (PetscInt i = 1; i <= 20; i++) {
           PetscCall(PairSet(&p, -1e-7 * i, 0));
           CheckClose(p.force[0], YOUNG / p.h * p.A * 1e-7 * i, 1e-9);
+          PetscCall(DemModelGetBonds(p.model, &list)); /* what is written out knows of it too */
+          CheckClose(list.sigma[0], -YOUNG / p.h * 1e-7 * i, 1e-9);
         }
         PetscCall(PairEnergy(&p, &strain, &lost, &rub));
         CheckClose(strain, 0.5 * YOUNG / p.h * p.A * 4e-12, 1e-9);
