@@ -10,12 +10,18 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
 {
   DemModel       model = ctx;
   const PetscInt n = model->n;
-  PetscReal      kinetic, due, strain, gravity = 0, moving = 0;
+  PetscReal      kinetic, due, strain, gravity = 0, moving = 0, *dilation = NULL;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(ledger, sizeof(*ledger)));
   PetscCall(DemKineticEnergy_Internal(model, &kinetic, &due));
+  if (model->crack.damage) { /* those of the last forces, before damage grew, are what the next look at stresses starts from: a look at energies leaves no trace */
+    PetscCall(PetscMalloc1(n, &dilation));
+    PetscCall(PetscArraycpy(dilation, model->dilation, n));
+  }
   PetscCall(DemStrainEnergy_Internal(model, &strain));
+  if (dilation) PetscCall(PetscArraycpy(model->dilation, dilation, n));
+  PetscCall(PetscFree(dilation));
   if (model->gravity[0] != 0 || model->gravity[1] != 0 || model->gravity[2] != 0) /* a potential: its work needs no sum over time */
     for (PetscInt p = 0; p < n; p++) {
       const PetscReal c[3] = {model->offset[p], model->offset[n + p], model->offset[2 * n + p]};
