@@ -21,7 +21,7 @@
 #define CHECKPOINT_CLOCK 300.   /* wall time between checkpoints when no simulated interval is given [s] */
 #define STEP_SLACK       1e-6   /* of a step: an instant this little before a step is that step, so round-off adds none */
 #define POLL_SECONDS     0.05   /* ranks agree on the clock and Ctrl-C about so often */
-#define START_STEPS      10     /* until then the energy of step 0, which leaves -dt^2/8 f.f/m of (1.5) out, is felt: 1/(4 n^2) of the work of a free fall */
+#define START_STEPS      10     /* until then what the energy of step 0 leaves out, dt^2/8 f.f/m of (1.5), is taken off the error: 1/(4 n^2) of the work, as in a fall from rest */
 #define GROWTH_BOUND     100.   /* stored energy over all ever put in: stable central differences stay below 1/(1 - safety^2) */
 
 typedef struct {
@@ -256,7 +256,7 @@ static PetscErrorCode CheckState(Run *run, PetscBool scheduled)
   given  = sum->ledger.work_in + PetscAbsReal(run->initial) + 1e-12 * PetscAbsReal(sum->ledger.scale);
   stored = PetscMax(PetscAbsReal(e[LEDGER_KINETIC]), PetscAbsReal(e[LEDGER_STRAIN]));
   error  = LedgerError(&sum->ledger);
-  if (run->n > 0 && run->n < START_STEPS && error <= 1) error = 0;
+  if (run->n > 0 && run->n < START_STEPS) error -= PetscMin(error, 0.25 / PetscSqr((PetscReal)run->n));
   if (!(error <= bound && stored <= GROWTH_BOUND * given)) { /* the model says where, if it can */
     PetscCall(Watch(run, RUN_WATCH_ALL));
     if (run->stepper->watch) PetscCall(run->stepper->watch(run->stepper->ctx, RUN_WATCH_FASTEST, where));
