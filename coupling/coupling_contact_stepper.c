@@ -1,5 +1,6 @@
 /* coupling_contact_stepper.c - a body of elements and particles that touch it, in step, as the run loop sees them.  Eq. (5.79) */
 #include "coupling_contact_impl.h"
+#include "coupling_impl.h"
 
 static PetscErrorCode StableStep(void *ctx, PetscReal *dt)
 {
@@ -131,15 +132,8 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
 static PetscErrorCode Watch(void *ctx, RunWatch look, char fault[BASE_LINE])
 {
   CouplingContact c = ctx;
-  char            more[BASE_LINE] = "";
 
-  PetscFunctionBegin;
-  PetscCall(c->fem_stepper.watch(c->fem, look, fault));
-  if (fault[0] && look != RUN_WATCH_FASTEST) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(c->dem_stepper.watch(c->dem, look, more));
-  if (fault[0] && more[0]) PetscCall(PetscStrlcat(fault, ", ", BASE_LINE));
-  PetscCall(PetscStrlcat(fault, more, BASE_LINE));
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return CouplingWatch_Internal(&c->fem_stepper, &c->dem_stepper, look, fault);
 }
 
 static PetscErrorCode Unbalanced(void *ctx, PetscReal *ratio)

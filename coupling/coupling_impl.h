@@ -79,6 +79,8 @@ PetscErrorCode CouplingForces_Internal(CouplingModel model);
 PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, PetscReal *strain);
 
 /* coupling_stepper.c */
+/* Faults of both sides, the elements' first. */
+PetscErrorCode CouplingWatch_Internal(const Stepper *fem, const Stepper *dem, RunWatch look, char fault[BASE_LINE]);
 PetscErrorCode CouplingRimForces_Internal(CouplingModel model); /* adds the rim's to model->g */
 /* coupling_substep.c */
 PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model);

@@ -131,19 +131,24 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The elements' side first. */
-static PetscErrorCode Watch(void *ctx, RunWatch look, char fault[BASE_LINE])
+PetscErrorCode CouplingWatch_Internal(const Stepper *fem, const Stepper *dem, RunWatch look, char fault[BASE_LINE])
 {
-  CouplingModel model = ctx;
-  char          more[BASE_LINE] = "";
+  char more[BASE_LINE] = "";
 
   PetscFunctionBegin;
-  PetscCall(model->fem_stepper.watch(model->fem, look, fault));
+  PetscCall(fem->watch(fem->ctx, look, fault));
   if (fault[0] && look != RUN_WATCH_FASTEST) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(model->dem_stepper.watch(model->dem, look, more));
+  PetscCall(dem->watch(dem->ctx, look, more));
   if (fault[0] && more[0]) PetscCall(PetscStrlcat(fault, ", ", BASE_LINE));
   PetscCall(PetscStrlcat(fault, more, BASE_LINE));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Watch(void *ctx, RunWatch look, char fault[BASE_LINE])
+{
+  CouplingModel model = ctx;
+
+  return CouplingWatch_Internal(&model->fem_stepper, &model->dem_stepper, look, fault);
 }
 
 static PetscErrorCode Unbalanced(void *ctx, PetscReal *ratio)
