@@ -36,11 +36,14 @@ static PetscReal PairCriterion(DemModel model, PetscInt k, const PetscReal *stre
   }
   if (s->shear > 0) worst = now->shear / (s->shear * A + s->mu_static * PetscMax(0, -now->normal));
   if (s->tensile > 0 && now->normal > 0) {
-    const DemPairView view = {model->n, model->bonds.p[k], model->bonds.q[k], model->x0, model->u, model->rot};
+    PetscReal         at[2][DEM_AT_ALL];
+    const DemPairView view = {at[0], at[1]};
     const PetscReal   delta = DemPublishedDelta(s->delta_n, s->fracture_energy, s->tensile, A, net->kn[k]);
     DemPairState      pair;
     PetscReal         opened;
 
+    DemCopyParticle_Internal(model, model->bonds.p[k], at[0]);
+    DemCopyParticle_Internal(model, model->bonds.q[k], at[1]);
     DemPairGeometry_Internal(model->dim, &view, net->part[k], &pair);
     opened = (pair.open - net->hist[DEM_PAST_SET * model->bonds.n + k]) * net->kn[k] / (s->tensile * A * (1 + delta));
     worst  = PetscMax(worst, opened);

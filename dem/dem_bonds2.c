@@ -1,103 +1,125 @@
 /* dem_bonds2.c - the `exact` rule over a block's bonds in 2D: two displacements, one angle.  Eqs (4.2)-(4.7); see dem_bonds3.c */
-#include "dem_impl.h"
+#include "dem_bonds_impl.h"
 
-/* Arms a, b and gap d of bond k between i and j of the copy; R holds sin and cos - 1. */
-#define GAP(k, i, j) \
-  const PetscReal px = arm[k], py = arm[n + k]; \
-  const PetscReal qx = px - (X[j] - X[i]), qy = py - (X[wide + j] - X[wide + i]); \
-  const PetscReal si = R[i], ci = R[wide + i], sj = R[j], cj = R[wide + j]; \
-  PetscReal       ax = ci * px - si * py, ay = si * px + ci * py, bx = cj * qx - sj * qy, by = sj * qx + cj * qy; \
-  const PetscReal dx = (U[j] - U[i]) + (bx - ax), dy = (U[wide + j] - U[wide + i]) + (by - ay); \
-  ax += px; \
-  ay += py; \
-  bx += qx; \
-  by += qy
+enum { ROW_K = 2, ROW_WEIGHT }; /* after the arm's components */
 
-void DemBondsSum2_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal *copy)
+/* The run from bond k of a block that ends before `last`. */
+DEM_INLINE void RunAt(const DemBonds *bonds, PetscInt k, PetscInt last, DemRunTail *tail, DemRun *run)
 {
-  const PetscInt           n = bonds->n;
-  const PetscReal *restrict X = copy + DEM_COPY_X * wide, *restrict U = copy + DEM_COPY_U * wide, *restrict R = copy + DEM_COPY_R * wide;
-  const PetscReal *restrict arm = bonds->arm, *restrict kk = bonds->now;
-  const int *restrict ip = bonds->ip, *restrict iq = bonds->iq;
+  for (int d = 0; d < 2; d++) run->row[d] = bonds->arm + d * bonds->n + k;
+  run->row[ROW_K]      = bonds->now + k;
+  run->row[ROW_WEIGHT] = (bonds->weight ? bonds->weight : bonds->now) + k;
+  run->ip              = bonds->ip + k;
+  run->iq              = bonds->iq + k;
+  DemRunCut(4, last - k, tail, run);
+}
+
+typedef struct {
+  DemLanes a[2], b[2], gap[2];
+} Pose;
+
+/* Rotations are sin and cos - 1. */
+DEM_INLINE void PoseOf(const DemRun *run, const DemBondEnds *e, Pose *pose)
+{
+  DemLanes move[4], y[4], ri[4], rj[4];
+
+  DemEndsDifference(e, DEM_AT_U, move);
+  DemEndsDifference(e, DEM_AT_X, y);
+  DemEndsRows(e->p, DEM_AT_R, ri);
+  DemEndsRows(e->q, DEM_AT_R, rj);
+  const DemLanes px = DemLanesLoad(run->row[0]), py = DemLanesLoad(run->row[1]), qx = px - y[0], qy = py - y[1];
+  const DemLanes ax = ri[1] * px - ri[0] * py, ay = ri[0] * px + ri[1] * py, bx = rj[1] * qx - rj[0] * qy, by = rj[0] * qx + rj[1] * qy;
+
+  pose->gap[0] = move[0] + (bx - ax);
+  pose->gap[1] = move[1] + (by - ay);
+  pose->a[0]   = ax + px;
+  pose->a[1]   = ay + py;
+  pose->b[0]   = bx + qx;
+  pose->b[1]   = by + qy;
+}
+
+DEM_CLONES void DemBondsSum2_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal *restrict copy)
+{
   PetscReal *restrict S = copy + DEM_COPY_S * wide;
-  PetscReal sp[DEM_CHUNK], sq[DEM_CHUNK];
 
-  for (PetscInt begin = first; begin < last; begin += DEM_CHUNK) {
-    const PetscInt m = PetscMin(DEM_CHUNK, last - begin);
+  for (PetscInt k = first; k < last; k += DEM_LANES) {
+    DemRunTail  tail;
+    DemRun      run;
+    DemBondEnds ends;
+    DemLanes    kk, sp, sq;
+    Pose        pose;
 
-#pragma omp simd
-    for (PetscInt c = 0; c < m; c++) {
-      const PetscInt k = begin + c;
-      const int      i = ip[k], j = iq[k];
-
-      GAP(k, i, j);
-      sp[c] = kk[k] * (dx * ax + dy * ay);
-      sq[c] = kk[k] * (dx * bx + dy * by);
-    }
-    for (PetscInt c = 0; c < m; c++) {
-      S[ip[begin + c]] += sp[c];
-      S[iq[begin + c]] -= sq[c];
+    RunAt(bonds, k, last, &tail, &run);
+    DemBondEndsOf(run.ip, run.iq, copy, &ends);
+    PoseOf(&run, &ends, &pose);
+    kk = DemLanesLoad(run.row[ROW_K]);
+    sp = kk * (pose.gap[0] * pose.a[0] + pose.gap[1] * pose.a[1]);
+    sq = kk * (pose.gap[0] * pose.b[0] + pose.gap[1] * pose.b[1]);
+#pragma GCC unroll 4
+    for (int c = 0; c < DEM_LANES; c++) {
+      if (c >= run.n) break;
+      S[run.ip[c]] += sp[c];
+      S[run.iq[c]] -= sq[c];
     }
   }
 }
 
-void DemBondsForce2_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal g2, PetscReal lambda, PetscReal *copy)
+DEM_CLONES void DemBondsForce2_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal g2, PetscReal lambda, PetscReal *restrict copy)
 {
-  const PetscInt           n = bonds->n;
-  const PetscReal *restrict X = copy + DEM_COPY_X * wide, *restrict U = copy + DEM_COPY_U * wide, *restrict R = copy + DEM_COPY_R * wide;
-  const PetscReal *restrict eps = copy + DEM_COPY_E * wide;
-  const PetscReal *restrict arm = bonds->arm, *restrict kk = bonds->now, *restrict weight = bonds->weight;
-  const int *restrict ip = bonds->ip, *restrict iq = bonds->iq;
-  PetscReal *restrict F = copy + DEM_COPY_F * wide; /* [wide][8] */
-  PetscReal t[4][DEM_CHUNK], g[DEM_CHUNK];
+  PetscReal *restrict F = copy + DEM_COPY_F * wide;
 
-  for (PetscInt begin = first; begin < last; begin += DEM_CHUNK) {
-    const PetscInt m = PetscMin(DEM_CHUNK, last - begin);
+  for (PetscInt k = first; k < last; k += DEM_LANES) {
+    DemRunTail  tail;
+    DemRun      run;
+    DemBondEnds ends;
+    DemLanes    kk, gk, ep, eq, force[DEM_LANES];
+    Pose        pose;
 
-    if (weight)
-      for (PetscInt c = 0; c < m; c++) g[c] = g2 * weight[begin + c];
-    else
-      for (PetscInt c = 0; c < m; c++) g[c] = g2;
-#pragma omp simd
-    for (PetscInt c = 0; c < m; c++) {
-      const PetscInt k = begin + c;
-      const int      i = ip[k], j = iq[k];
+    RunAt(bonds, k, last, &tail, &run);
+    DemBondEndsOf(run.ip, run.iq, copy, &ends);
+    PoseOf(&run, &ends, &pose);
+    kk = DemLanesLoad(run.row[ROW_K]);
+    gk = kk * g2;
+    if (bonds->weight) gk *= DemLanesLoad(run.row[ROW_WEIGHT]);
+    ep = kk * lambda * DemEndsOne(ends.p, DEM_AT_E);
+    eq = kk * lambda * DemEndsOne(ends.q, DEM_AT_E);
+    const DemLanes tx = gk * pose.gap[0] + ep * pose.a[0] - eq * pose.b[0], ty = gk * pose.gap[1] + ep * pose.a[1] - eq * pose.b[1];
+    const DemLanes cp = pose.a[0] * (ty - ep * pose.gap[1]) - pose.a[1] * (tx - ep * pose.gap[0]); /* a x (t - f_p), b x (t + f_q).  Eq. (4.7) */
+    const DemLanes cq = pose.b[0] * (ty - eq * pose.gap[1]) - pose.b[1] * (tx - eq * pose.gap[0]);
 
-      GAP(k, i, j);
-      const PetscReal gk = kk[k] * g[c], ep = kk[k] * lambda * eps[i], eq = kk[k] * lambda * eps[j];
-      const PetscReal tx = gk * dx + ep * ax - eq * bx, ty = gk * dy + ep * ay - eq * by;
+    DemLanesAcross(tx, ty, cp, cq, force);
+#pragma GCC unroll 4
+    for (int c = 0; c < DEM_LANES; c++) {
+      if (c >= run.n) break;
+      PetscReal *fp = F + DEM_FORCE_ALL * run.ip[c], *fq = F + DEM_FORCE_ALL * run.iq[c];
 
-      t[0][c] = tx;
-      t[1][c] = ty;
-      t[2][c] = ax * (ty - ep * dy) - ay * (tx - ep * dx); /* a x (t - f_p), b x (t + f_q).  Eq. (4.7) */
-      t[3][c] = bx * (ty - eq * dy) - by * (tx - eq * dx);
-    }
-    for (PetscInt c = 0; c < m; c++) {
-      PetscReal *fp = F + 8 * ip[begin + c], *fq = F + 8 * iq[begin + c];
-
-      fp[0] += t[0][c];
-      fp[1] += t[1][c];
-      fp[5] += t[2][c];
-      fq[0] -= t[0][c];
-      fq[1] -= t[1][c];
-      fq[5] -= t[3][c];
+      fp[0] += force[c][0];
+      fp[1] += force[c][1];
+      fp[DEM_FORCE_COUPLE + 2] += force[c][2];
+      fq[0] -= force[c][0];
+      fq[1] -= force[c][1];
+      fq[DEM_FORCE_COUPLE + 2] -= force[c][3];
     }
   }
 }
 
 PetscReal DemBondsEnergy2_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal g_shear, const PetscReal *copy)
 {
-  const PetscInt   n = bonds->n;
-  const PetscReal *X = copy + DEM_COPY_X * wide, *U = copy + DEM_COPY_U * wide, *R = copy + DEM_COPY_R * wide;
-  const PetscReal *arm = bonds->arm;
-  PetscReal        sum = 0;
+  PetscReal sum = 0;
 
-  for (PetscInt k = first; k < last; k++) {
-    const int i = bonds->ip[k], j = bonds->iq[k];
+  for (PetscInt k = first; k < last; k += DEM_LANES) {
+    DemRunTail  tail;
+    DemRun      run;
+    DemBondEnds ends;
+    DemLanes    energy;
+    Pose        pose;
 
-    GAP(k, i, j);
-    (void)ax, (void)ay, (void)bx, (void)by;
-    sum += (bonds->weight ? bonds->weight[k] : 1) * g_shear * bonds->now[k] * (dx * dx + dy * dy);
+    RunAt(bonds, k, last, &tail, &run);
+    DemBondEndsOf(run.ip, run.iq, copy, &ends);
+    PoseOf(&run, &ends, &pose);
+    energy = g_shear * DemLanesLoad(run.row[ROW_K]) * (pose.gap[0] * pose.gap[0] + pose.gap[1] * pose.gap[1]);
+    if (bonds->weight) energy *= DemLanesLoad(run.row[ROW_WEIGHT]);
+    for (int c = 0; c < run.n; c++) sum += energy[c];
   }
   return sum;
 }

@@ -4,6 +4,7 @@
   Distances first, for every pair of the list; then the law, for those that touch, gathered side by side; then the sums.
 */
 #include "dem_impl.h"
+#include "dem_lanes.h"
 #include <omp.h>
 
 /* A particle in a block's copy: position, radius, velocity, mass, spin, kind of material. */
@@ -32,29 +33,10 @@ typedef struct {
   int pair[DEM_CONTACT_CHUNK]; /* of the table */
 } Chunk;
 
-/*
-  Four numbers side by side. Records of particles and contacts are four or eight numbers long, so four of them become
-  rows, and rows become records again, by a transposition in registers: one number at a time took half of a step's time.
-*/
-typedef PetscReal Four __attribute__((vector_size(4 * sizeof(PetscReal))));
-typedef PetscReal Loose __attribute__((vector_size(4 * sizeof(PetscReal)), aligned(sizeof(PetscReal)), may_alias));
-
-DEM_INLINE void Across(const PetscReal *a, const PetscReal *b, const PetscReal *c, const PetscReal *d, Four out[4])
-{
-  const Four x = *(const Loose *)a, y = *(const Loose *)b, z = *(const Loose *)c, w = *(const Loose *)d;
-  const Four even = __builtin_shufflevector(x, y, 0, 4, 2, 6), odd = __builtin_shufflevector(x, y, 1, 5, 3, 7);
-  const Four even2 = __builtin_shufflevector(z, w, 0, 4, 2, 6), odd2 = __builtin_shufflevector(z, w, 1, 5, 3, 7);
-
-  out[0] = __builtin_shufflevector(even, even2, 0, 1, 4, 5);
-  out[1] = __builtin_shufflevector(odd, odd2, 0, 1, 4, 5);
-  out[2] = __builtin_shufflevector(even, even2, 2, 3, 6, 7);
-  out[3] = __builtin_shufflevector(odd, odd2, 2, 3, 6, 7);
-}
-
 /* Rows row, row + 1, ... of four columns from i on */
-DEM_INLINE void RowsOf(const PetscReal (*R)[DEM_CONTACT_CHUNK], PetscInt row, PetscInt i, Four out[4])
+DEM_INLINE void RowsOf(const PetscReal (*R)[DEM_CONTACT_CHUNK], PetscInt row, PetscInt i, DemLanes out[4])
 {
-  Across(&R[row][i], &R[row + 1][i], &R[row + 2][i], &R[row + 3][i], out);
+  DemLanesRows(&R[row][i], &R[row + 1][i], &R[row + 2][i], &R[row + 3][i], out);
 }
 
 /* The law of column i. Apart from its loop, whose pragma would keep the records below in memory. */
@@ -161,36 +143,36 @@ DEM_INLINE void Gather(const DemContacts *c, PetscInt i, const int hit[4], const
 {
   PetscReal(*restrict R)[DEM_CONTACT_CHUNK] = chunk->row;
   const PetscReal *a[4], *b[4], *past[4];
-  Four             A[4], B[4];
+  DemLanes             A[4], B[4];
 
   for (int k = 0; k < 4; k++) {
     a[k]    = at + AT_ALL * c->ip[hit[k]];
     b[k]    = at + AT_ALL * c->iq[hit[k]];
     past[k] = c->past + DEM_PAST * hit[k];
   }
-  Across(a[0] + AT_X, a[1] + AT_X, a[2] + AT_X, a[3] + AT_X, A);
-  Across(b[0] + AT_X, b[1] + AT_X, b[2] + AT_X, b[3] + AT_X, B);
-  for (int d = 0; d < 3; d++) *(Four *)&R[ROW_X + d][i] = A[d] - B[d];
-  *(Four *)&R[ROW_RA][i] = A[3];
-  *(Four *)&R[ROW_RB][i] = B[3];
-  Across(a[0] + AT_V, a[1] + AT_V, a[2] + AT_V, a[3] + AT_V, A);
-  Across(b[0] + AT_V, b[1] + AT_V, b[2] + AT_V, b[3] + AT_V, B);
-  for (int d = 0; d < 3; d++) *(Four *)&R[ROW_V + d][i] = A[d] - B[d];
-  *(Four *)&R[ROW_MA][i] = A[3];
-  *(Four *)&R[ROW_MB][i] = B[3];
-  Across(a[0] + AT_W, a[1] + AT_W, a[2] + AT_W, a[3] + AT_W, A);
-  Across(b[0] + AT_W, b[1] + AT_W, b[2] + AT_W, b[3] + AT_W, B);
+  DemLanesRows(a[0] + AT_X, a[1] + AT_X, a[2] + AT_X, a[3] + AT_X, A);
+  DemLanesRows(b[0] + AT_X, b[1] + AT_X, b[2] + AT_X, b[3] + AT_X, B);
+  for (int d = 0; d < 3; d++) *(DemLanes *)&R[ROW_X + d][i] = A[d] - B[d];
+  *(DemLanes *)&R[ROW_RA][i] = A[3];
+  *(DemLanes *)&R[ROW_RB][i] = B[3];
+  DemLanesRows(a[0] + AT_V, a[1] + AT_V, a[2] + AT_V, a[3] + AT_V, A);
+  DemLanesRows(b[0] + AT_V, b[1] + AT_V, b[2] + AT_V, b[3] + AT_V, B);
+  for (int d = 0; d < 3; d++) *(DemLanes *)&R[ROW_V + d][i] = A[d] - B[d];
+  *(DemLanes *)&R[ROW_MA][i] = A[3];
+  *(DemLanes *)&R[ROW_MB][i] = B[3];
+  DemLanesRows(a[0] + AT_W, a[1] + AT_W, a[2] + AT_W, a[3] + AT_W, A);
+  DemLanesRows(b[0] + AT_W, b[1] + AT_W, b[2] + AT_W, b[3] + AT_W, B);
   for (int d = 0; d < 3; d++) {
-    *(Four *)&R[ROW_WA + d][i] = A[d];
-    *(Four *)&R[ROW_WB + d][i] = B[d];
+    *(DemLanes *)&R[ROW_WA + d][i] = A[d];
+    *(DemLanes *)&R[ROW_WB + d][i] = B[d];
   }
   for (int half = 0; half < DEM_PAST; half += 4) {
-    Across(past[0] + half, past[1] + half, past[2] + half, past[3] + half, A);
-    for (int d = 0; d < 4; d++) *(Four *)&R[ROW_PAST + half + d][i] = A[d];
+    DemLanesRows(past[0] + half, past[1] + half, past[2] + half, past[3] + half, A);
+    for (int d = 0; d < 4; d++) *(DemLanes *)&R[ROW_PAST + half + d][i] = A[d];
   }
   if (c->turns) {
-    Across(c->roll + 4 * hit[0], c->roll + 4 * hit[1], c->roll + 4 * hit[2], c->roll + 4 * hit[3], A);
-    for (int d = 0; d < 4; d++) *(Four *)&R[ROW_ROLL + d][i] = A[d];
+    DemLanesRows(c->roll + 4 * hit[0], c->roll + 4 * hit[1], c->roll + 4 * hit[2], c->roll + 4 * hit[3], A);
+    for (int d = 0; d < 4; d++) *(DemLanes *)&R[ROW_ROLL + d][i] = A[d];
   }
   if (c->image)
     for (int k = 0; k < 4; k++)
@@ -203,15 +185,15 @@ DEM_INLINE void Gather(const DemContacts *c, PetscInt i, const int hit[4], const
 DEM_INLINE void Scatter(const DemContacts *c, PetscInt i, PetscInt n, const int hit[4], const Chunk *chunk, PetscReal *restrict F)
 {
   const PetscReal(*R)[DEM_CONTACT_CHUNK] = chunk->row;
-  Four A[4], B[4], C[4];
+  DemLanes A[4], B[4], C[4];
 
   for (int half = 0; half < DEM_PAST; half += 4) {
     RowsOf(R, ROW_PAST + half, i, A);
-    for (PetscInt k = 0; k < n; k++) *(Loose *)(c->past + DEM_PAST * hit[k] + half) = A[k];
+    for (PetscInt k = 0; k < n; k++) *(DemLoose *)(c->past + DEM_PAST * hit[k] + half) = A[k];
   }
   if (c->turns) {
     RowsOf(R, ROW_ROLL, i, A);
-    for (PetscInt k = 0; k < n; k++) *(Loose *)(c->roll + 4 * hit[k]) = A[k];
+    for (PetscInt k = 0; k < n; k++) *(DemLoose *)(c->roll + 4 * hit[k]) = A[k];
   }
   RowsOf(R, ROW_F, i, A); /* the fourth number of each is another row's: nobody reads where it goes */
   RowsOf(R, ROW_TA, i, B);
@@ -219,10 +201,10 @@ DEM_INLINE void Scatter(const DemContacts *c, PetscInt i, PetscInt n, const int 
   for (PetscInt k = 0; k < n; k++) {
     PetscReal *fp = F + 8 * c->ip[hit[k]], *fq = F + 8 * c->iq[hit[k]];
 
-    *(Loose *)fp += A[k];
-    *(Loose *)fq -= A[k];
-    *(Loose *)(fp + AT_COUPLE) += B[k];
-    *(Loose *)(fq + AT_COUPLE) += C[k];
+    *(DemLoose *)fp += A[k];
+    *(DemLoose *)fq -= A[k];
+    *(DemLoose *)(fp + AT_COUPLE) += B[k];
+    *(DemLoose *)(fq + AT_COUPLE) += C[k];
   }
 }
 

@@ -15,21 +15,20 @@ typedef struct {
   PetscReal d, h;                     /* distance, and of p from the facet, at rest */
 } Bond;
 
-/* (R - I) r from the copy's rotation of particle i */
-static void CopyTurn(PetscInt dim, PetscInt wide, PetscInt i, const PetscReal *copy, const PetscReal r[3], PetscReal out[3])
+/* (R - I) r by the rotation of a record */
+static inline void RecordTurn(PetscInt dim, const PetscReal *at, const PetscReal r[3], PetscReal out[3])
 {
-  DemTurn(dim, wide, i, copy + DEM_COPY_R * wide, r, out);
+  DemTurn(dim, 1, 0, at + DEM_AT_R, r, out);
 }
 
-static void BondState(DemModel model, PetscInt wide, PetscInt k, const PetscReal *copy, Bond *bond)
+static void BondState(DemModel model, PetscInt k, const PetscReal *at_p, const PetscReal *at_q, Bond *bond)
 {
   const DemBonds *bonds = &model->bonds;
-  const int       i = bonds->ip[k], j = bonds->iq[k];
   PetscReal       ra[3] = {0}, rb[3] = {0}, y[3] = {0}, ta[3], tb[3], tn[3], d2 = 0, dot = 0;
 
   for (PetscInt c = 0; c < model->dim; c++) {
     ra[c] = bonds->arm[c * bonds->n + k];
-    y[c]  = copy[(DEM_COPY_X + c) * wide + j] - copy[(DEM_COPY_X + c) * wide + i];
+    y[c]  = at_q[DEM_AT_X + c] - at_p[DEM_AT_X + c];
     rb[c] = ra[c] - y[c];
     d2 += y[c] * y[c];
     dot += ra[c] * y[c];
@@ -37,14 +36,14 @@ static void BondState(DemModel model, PetscInt wide, PetscInt k, const PetscReal
   bond->d = PetscSqrtReal(d2);
   bond->h = dot / bond->d;
   for (PetscInt c = 0; c < 3; c++) y[c] /= bond->d;
-  CopyTurn(model->dim, wide, i, copy, ra, ta);
-  CopyTurn(model->dim, wide, j, copy, rb, tb);
-  CopyTurn(model->dim, wide, i, copy, y, tn);
+  RecordTurn(model->dim, at_p, ra, ta);
+  RecordTurn(model->dim, at_q, rb, tb);
+  RecordTurn(model->dim, at_p, y, tn);
   for (PetscInt c = 0; c < 3; c++) {
     bond->a[c]   = ra[c] + ta[c];
     bond->b[c]   = rb[c] + tb[c];
     bond->n[c]   = y[c] + tn[c];
-    bond->gap[c] = c < model->dim ? copy[(DEM_COPY_U + c) * wide + j] - copy[(DEM_COPY_U + c) * wide + i] + tb[c] - ta[c] : 0;
+    bond->gap[c] = c < model->dim ? at_q[DEM_AT_U + c] - at_p[DEM_AT_U + c] + tb[c] - ta[c] : 0;
   }
 }
 
@@ -53,27 +52,27 @@ static inline PetscReal Dot3(const PetscReal a[3], const PetscReal b[3])
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* Vector kept with particle p (local i): to space, and back. */
-static void ToSpace(DemModel model, PetscInt wide, PetscInt i, const PetscReal *copy, const PetscReal v[3], PetscReal out[3])
+/* Vector kept with a particle: to space, and back. */
+static void ToSpace(DemModel model, const PetscReal *at, const PetscReal v[3], PetscReal out[3])
 {
   PetscReal t[3];
 
-  CopyTurn(model->dim, wide, i, copy, v, t);
+  RecordTurn(model->dim, at, v, t);
   for (PetscInt c = 0; c < 3; c++) out[c] = v[c] + t[c];
 }
 
-static void ToParticle(DemModel model, PetscInt wide, PetscInt i, const PetscReal *copy, const PetscReal v[3], PetscReal out[3])
+static void ToParticle(DemModel model, const PetscReal *at, const PetscReal v[3], PetscReal out[3])
 {
-  const PetscReal *R = copy + DEM_COPY_R * wide;
+  const PetscReal *R = at + DEM_AT_R;
 
   if (model->dim == 2) {
-    const PetscReal s = R[i], c = 1 + R[wide + i];
+    const PetscReal s = R[0], c = 1 + R[1];
 
     out[0] = c * v[0] + s * v[1];
     out[1] = -s * v[0] + c * v[1];
     out[2] = v[2];
   } else {
-    const PetscReal w = R[i], x = -R[wide + i], y = -R[2 * wide + i], z = -R[3 * wide + i];
+    const PetscReal w = R[0], x = -R[1], y = -R[2], z = -R[3];
     const PetscReal tx = 2 * (y * v[2] - z * v[1]), ty = 2 * (z * v[0] - x * v[2]), tz = 2 * (x * v[1] - y * v[0]);
 
     out[0] = v[0] + w * tx + (y * tz - z * ty);
@@ -88,7 +87,7 @@ void DemCracksSum_Internal(DemModel model, PetscInt block, PetscReal *copy)
   const DemBonds      *bonds = &model->bonds;
   const DemCrackState *crack = &model->crack;
   const PetscInt       wide = model->blocks.widest, *live = crack->live + model->blocks.bond[block];
-  const PetscReal      ratio = 0.5 * model->lambda / model->g_shear, *X = copy + DEM_COPY_X * wide;
+  const PetscReal      ratio = 0.5 * model->lambda / model->g_shear;
   PetscReal           *V = copy + DEM_COPY_V * wide;
 
   for (PetscInt l = 0; l < crack->n_live[block]; l++) {
@@ -98,7 +97,7 @@ void DemCracksSum_Internal(DemModel model, PetscInt block, PetscReal *copy)
 
     if (crack->damage[k] <= 0) continue;
     for (PetscInt c = 0; c < model->dim; c++) {
-      const PetscReal y = X[c * wide + j] - X[c * wide + i];
+      const PetscReal y = copy[DEM_AT_ALL * j + DEM_AT_X + c] - copy[DEM_AT_ALL * i + DEM_AT_X + c];
 
       dot += bonds->arm[c * bonds->n + k] * y;
       d2 += y * y;
@@ -117,8 +116,8 @@ static PetscReal Closed(const Bond *bond, PetscReal tangent[3])
   return normal;
 }
 
-/* Advance D of bond k under its total traction t~; eps: dilations of the ends.  Eqs (4.20)-(4.27) */
-static void Damage(DemModel model, PetscInt wide, PetscInt k, const PetscReal *copy, const Bond *bond, PetscReal ep, PetscReal eq)
+/* Advance D of bond k under its total traction t~; at: record of p, ep, eq: dilations of the ends.  Eqs (4.20)-(4.27) */
+static void Damage(DemModel model, PetscInt k, const PetscReal *at, const Bond *bond, PetscReal ep, PetscReal eq)
 {
   const DemStrength *strength = &model->strength;
   DemCrackState     *crack = &model->crack;
@@ -131,7 +130,7 @@ static void Damage(DemModel model, PetscInt wide, PetscInt k, const PetscReal *c
   if (strength->tensile > 0 && (crack->state[k] & DEM_BOND_WATCHED)) {
     PetscReal e[3], c;
 
-    ToSpace(model, wide, model->bonds.ip[k], copy, crack->e + 3 * k, e);
+    ToSpace(model, at, crack->e + 3 * k, e);
     c = Dot3(e, bond->n);
     if (c >= DEM_SMALLEST_COSINE) {
       const PetscReal now = DemDamageTension(strength, G, c * d, Dot3(t, e) / c);
@@ -172,8 +171,8 @@ static void Damage(DemModel model, PetscInt wide, PetscInt k, const PetscReal *c
   if (normal < 0) { /* the broken part goes on carrying what is pressed shut */
     PetscReal slip[3], el = 0;
 
-    if (old == 0) ToParticle(model, wide, model->bonds.ip[k], copy, tangent, crack->slip + 3 * k);
-    ToSpace(model, wide, model->bonds.ip[k], copy, crack->slip + 3 * k, slip);
+    if (old == 0) ToParticle(model, at, tangent, crack->slip + 3 * k);
+    ToSpace(model, at, crack->slip + 3 * k, slip);
     for (PetscInt c = 0; c < 3; c++) el += PetscSqr(tangent[c] - slip[c]);
     Y -= A * G / d * (normal * normal + el);
   }
@@ -198,7 +197,7 @@ static PetscReal FacetWidth(DemModel model, PetscInt k, PetscReal d)
 }
 
 /* Contact of the closed broken fraction: spring against the gap, Coulomb on its slip.  Returns its force; eq. (4.26) */
-static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const PetscReal *copy, const Bond *bond, PetscBool advance, PetscReal force[3], PetscReal *energy)
+static PetscBool ClosedForce(DemModel model, PetscInt k, const PetscReal *at, const Bond *bond, PetscBool advance, PetscReal force[3], PetscReal *energy)
 {
   DemCrackState  *crack = &model->crack;
   const PetscReal stiff = 2 * model->g_shear * model->bonds.k[k] * crack->damage[k];
@@ -207,10 +206,10 @@ static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const Pe
 
   if (crack->state[k] & (DEM_BOND_PARTED | DEM_BOND_SLID)) return PETSC_FALSE; /* an ordinary contact now, or soon */
   if (normal >= 0) {
-    if (advance) ToParticle(model, wide, model->bonds.ip[k], copy, tangent, crack->slip + 3 * k);
+    if (advance) ToParticle(model, at, tangent, crack->slip + 3 * k);
     return PETSC_FALSE;
   }
-  ToSpace(model, wide, model->bonds.ip[k], copy, crack->slip + 3 * k, slip);
+  ToSpace(model, at, crack->slip + 3 * k, slip);
   for (PetscInt c = 0; c < 3; c++) {
     el[c] = tangent[c] - slip[c];
     length += el[c] * el[c];
@@ -223,7 +222,7 @@ static PetscBool ClosedForce(DemModel model, PetscInt wide, PetscInt k, const Pe
       el[c] *= most / length;
     }
     crack->rub[k] += stiff * most * (length - most);
-    ToParticle(model, wide, model->bonds.ip[k], copy, slip, crack->slip + 3 * k);
+    ToParticle(model, at, slip, crack->slip + 3 * k);
   }
   if (crack->damage[k] == 1 && advance && Dot3(tangent, tangent) > PetscSqr(FacetWidth(model, k, bond->d))) { /* nothing faces it any more: the rest of the spring is lost */
     crack->state[k] |= DEM_BOND_SLID;
@@ -264,22 +263,22 @@ void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, Pe
 {
   DemCrackState   *crack = &model->crack;
   const PetscInt   wide = model->blocks.widest, *live = crack->live + model->blocks.bond[block];
-  const PetscReal *eps = copy + DEM_COPY_E * wide, lambda = model->lambda;
+  const PetscReal  lambda = model->lambda;
   const PetscBool  advance = (PetscBool)((flags & DEM_WITH_FAILURE) != 0);
   PetscReal       *F = copy + DEM_COPY_F * wide;
 
   for (PetscInt l = 0; l < crack->n_live[block]; l++) {
     const PetscInt  k = live[l];
     const int       i = model->bonds.ip[k], j = model->bonds.iq[k];
-    const PetscReal old = crack->damage[k];
-    PetscReal      *fp = F + 8 * i, *fq = F + 8 * j, t[3], sp[3], sq[3];
+    const PetscReal old = crack->damage[k], *at_p = DemCopyAt(copy, i), *at_q = DemCopyAt(copy, j), eps_p = at_p[DEM_AT_E], eps_q = at_q[DEM_AT_E];
+    PetscReal      *fp = F + DEM_FORCE_ALL * i, *fq = F + DEM_FORCE_ALL * j, t[3], sp[3], sq[3];
     Bond            bond;
 
     if (!advance && old <= 0) continue;
-    BondState(model, wide, k, copy, &bond);
-    if (advance && old < 1) Damage(model, wide, k, copy, &bond, eps[i], eps[j]);
+    BondState(model, k, at_p, at_q, &bond);
+    if (advance && old < 1) Damage(model, k, at_p, &bond, eps_p, eps_q);
     if (crack->damage[k] > old) { /* take off what the pass over all bonds gave too much */
-      const PetscReal off = -(crack->damage[k] - old) * model->bonds.k[k], g2 = 2 * model->g_shear, ep = off * lambda * eps[i], eq = off * lambda * eps[j];
+      const PetscReal off = -(crack->damage[k] - old) * model->bonds.k[k], g2 = 2 * model->g_shear, ep = off * lambda * eps_p, eq = off * lambda * eps_q;
 
       model->bonds.now[k] = (1 - crack->damage[k]) * model->bonds.k[k];
       for (PetscInt c = 0; c < 3; c++) {
@@ -292,7 +291,7 @@ void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, Pe
       DemAddMoment(bond.a, sp, 1, fp);
       DemAddMoment(bond.b, sq, -1, fq);
     }
-    if (crack->damage[k] > 0 && ClosedForce(model, wide, k, copy, &bond, advance, t, NULL)) {
+    if (crack->damage[k] > 0 && ClosedForce(model, k, at_p, &bond, advance, t, NULL)) {
       PetscReal ap[3]; /* normal and slip turn with p: its arm goes across the gap, so that the spring is conservative and the couple on the pair exact */
 
       for (PetscInt c = 0; c < 3; c++) {
@@ -308,17 +307,18 @@ void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, Pe
 
 PetscReal DemCracksEnergy_Internal(DemModel model, PetscInt block, PetscReal *copy)
 {
-  const PetscInt wide = model->blocks.widest, *live = model->crack.live + model->blocks.bond[block];
+  const PetscInt *live = model->crack.live + model->blocks.bond[block];
   PetscReal      sum = 0;
 
   for (PetscInt l = 0; l < model->crack.n_live[block]; l++) {
     const PetscInt k = live[l];
-    PetscReal      force[3], closed;
-    Bond           bond;
+    const PetscReal *at_p = DemCopyAt(copy, model->bonds.ip[k]), *at_q = DemCopyAt(copy, model->bonds.iq[k]);
+    PetscReal        force[3], closed;
+    Bond             bond;
 
     if (model->crack.damage[k] <= 0) continue;
-    BondState(model, wide, k, copy, &bond);
-    if (ClosedForce(model, wide, k, copy, &bond, PETSC_FALSE, force, &closed)) sum += closed;
+    BondState(model, k, at_p, at_q, &bond);
+    if (ClosedForce(model, k, at_p, &bond, PETSC_FALSE, force, &closed)) sum += closed;
   }
   return sum;
 }

@@ -4,37 +4,59 @@
   Four passes with a barrier between: volumetric sums of the blocks, dilations, forces of the blocks, sums over halo
   slots. Every sum has one fixed order.
 */
+#include "dem_lanes.h"
 #include "dem_rule.h"
 #include <omp.h>
 
-/* Position, displacement and rotation of block b's own and halo particles into its copy. Returns how many. */
+DEM_INLINE void CopyParticle(DemModel model, PetscInt p, PetscReal at[DEM_AT_ALL])
+{
+  const PetscInt n = model->n;
+
+  for (PetscInt d = 0; d < 3; d++) {
+    at[DEM_AT_U + d] = model->u[d * n + p];
+    at[DEM_AT_X + d] = model->x0[d * n + p];
+  }
+  for (PetscInt d = 0; d < 4; d++) at[DEM_AT_R + d] = model->rot[d * n + p];
+  at[DEM_AT_E] = model->dilation[p];
+}
+
+void DemCopyParticle_Internal(DemModel model, PetscInt p, PetscReal at[DEM_AT_ALL])
+{
+  CopyParticle(model, p, at);
+}
+
+/* Four particles in a row at a time: rows of the model's arrays become records. */
+DEM_CLONES static void CopyRow(DemModel model, PetscInt first, PetscInt own, PetscReal *copy)
+{
+  const PetscInt   n = model->n;
+  const PetscReal *u = model->u + first, *x = model->x0 + first, *rot = model->rot + first, *dilation = model->dilation + first;
+  PetscInt         i = 0;
+
+  for (; i + DEM_LANES <= own; i += DEM_LANES) {
+    DemLanes   U[DEM_LANES], R[DEM_LANES], X[DEM_LANES];
+    PetscReal *at = DemCopyAt(copy, i);
+
+    DemLanesRows(u + i, u + n + i, u + 2 * n + i, dilation + i, U);
+    DemLanesRows(rot + i, rot + n + i, rot + 2 * n + i, rot + 3 * n + i, R);
+    DemLanesRows(x + i, x + n + i, x + 2 * n + i, x + i, X);
+    for (int c = 0; c < DEM_LANES; c++) {
+      *(DemLoose *)(at + DEM_AT_ALL * c + DEM_AT_U) = U[c]; /* the dilation comes fourth */
+      *(DemLoose *)(at + DEM_AT_ALL * c + DEM_AT_R) = R[c];
+      *(DemLoose *)(at + DEM_AT_ALL * c + DEM_AT_X) = X[c];
+    }
+  }
+  for (; i < own; i++) CopyParticle(model, first + i, DemCopyAt(copy, i));
+}
+
+/* Position, displacement, rotation and dilation of block b's own and halo particles into its copy. Returns how many. */
 PetscInt DemCopyState_Internal(DemModel model, PetscInt b, PetscReal *copy)
 {
   const DemBlocks *blocks = &model->blocks;
-  const PetscInt   n = model->n, wide = blocks->widest, first = blocks->first[b], own = blocks->first[b + 1] - first;
+  const PetscInt   first = blocks->first[b], own = blocks->first[b + 1] - first;
   const PetscInt   halo = blocks->halo_start[b + 1] - blocks->halo_start[b], *ghost = blocks->halo + blocks->halo_start[b];
-  const PetscInt   nr = model->dim == 3 ? 4 : 2;
 
-  for (PetscInt d = 0; d < model->dim; d++) {
-    const PetscReal *x = model->x0 + d * n, *u = model->u + d * n;
-    PetscReal       *X = copy + (DEM_COPY_X + d) * wide, *U = copy + (DEM_COPY_U + d) * wide;
-
-    for (PetscInt i = 0; i < own; i++) {
-      X[i] = x[first + i];
-      U[i] = u[first + i];
-    }
-    for (PetscInt i = 0; i < halo; i++) {
-      X[own + i] = x[ghost[i]];
-      U[own + i] = u[ghost[i]];
-    }
-  }
-  for (PetscInt d = 0; d < nr; d++) {
-    const PetscReal *r = model->rot + d * n;
-    PetscReal       *R = copy + (DEM_COPY_R + d) * wide;
-
-    for (PetscInt i = 0; i < own; i++) R[i] = r[first + i];
-    for (PetscInt i = 0; i < halo; i++) R[own + i] = r[ghost[i]];
-  }
+  CopyRow(model, first, own, copy);
+  for (PetscInt i = 0; i < halo; i++) CopyParticle(model, ghost[i], DemCopyAt(copy, own + i));
   return own + halo;
 }
 
@@ -88,13 +110,10 @@ static void BlockDilation(DemModel model, PetscInt b)
 static void BlockForce(DemModel model, PetscInt b, PetscReal *copy, PetscInt flags)
 {
   const DemBlocks *blocks = &model->blocks;
-  const PetscInt   wide = blocks->widest, first = blocks->first[b], own = blocks->first[b + 1] - first, all = DemCopyState_Internal(model, b, copy);
-  const PetscInt  *ghost = blocks->halo + blocks->halo_start[b];
-  PetscReal       *F = copy + DEM_COPY_F * wide, *E = copy + DEM_COPY_E * wide;
+  const PetscInt   wide = blocks->widest, all = DemCopyState_Internal(model, b, copy);
+  PetscReal       *F = copy + DEM_COPY_F * wide;
 
-  for (PetscInt i = 0; i < own; i++) E[i] = model->dilation[first + i];
-  for (PetscInt i = own; i < all; i++) E[i] = model->dilation[ghost[i - own]];
-  for (PetscInt i = 0; i < 8 * all; i++) F[i] = 0;
+  for (PetscInt i = 0; i < DEM_FORCE_ALL * all; i++) F[i] = 0;
   if (model->dim == 3) DemBondsForce3_Internal(wide, blocks->bond[b], blocks->bond[b + 1], &model->bonds, 2 * model->g_shear, model->lambda, copy);
   else DemBondsForce2_Internal(wide, blocks->bond[b], blocks->bond[b + 1], &model->bonds, 2 * model->g_shear, model->lambda, copy);
   if (Awake(model, b)) DemCracksForce_Internal(model, b, copy, flags);
@@ -111,7 +130,7 @@ void DemBlockLoads_Internal(DemModel model, PetscInt b, PetscReal *copy, PetscIn
 
   for (PetscInt i = 0; i < own; i++) {
     const PetscInt p = first + i;
-    PetscReal     *f = F + 8 * i;
+    PetscReal     *f = F + DEM_FORCE_ALL * i;
 
     if (model->walls.n) DemWallsForce_Internal(model, p, model->dilation[p], f);
     if (heavy) { /* at the cell's centroid, with its moment */
@@ -121,17 +140,15 @@ void DemBlockLoads_Internal(DemModel model, PetscInt b, PetscReal *copy, PetscIn
       DemTurn(model->dim, n, p, model->rot, c, a);
       for (PetscInt d = 0; d < 3; d++) a[d] += c[d];
       for (PetscInt d = 0; d < 3; d++) f[d] += m * g[d];
-      f[3] += m * (a[1] * g[2] - a[2] * g[1]);
-      f[4] += m * (a[2] * g[0] - a[0] * g[2]);
-      f[5] += m * (a[0] * g[1] - a[1] * g[0]);
+      DemAddMoment(a, g, m, f);
     }
     for (PetscInt d = 0; d < 3; d++) {
       model->f[d * n + p]      = f[d];
-      model->torque[d * n + p] = f[3 + d];
+      model->torque[d * n + p] = f[DEM_FORCE_COUPLE + d];
     }
   }
   for (PetscInt i = own; i < all; i++)
-    for (PetscInt c = 0; c < 6; c++) blocks->slot_f[8 * (blocks->halo_start[b] + i - own) + c] = F[8 * i + c];
+    for (PetscInt c = 0; c < DEM_FORCE_ALL; c++) blocks->slot_f[DEM_FORCE_ALL * (blocks->halo_start[b] + i - own) + c] = F[DEM_FORCE_ALL * i + c];
 }
 
 void DemBlockGather_Internal(DemModel model, PetscInt b, PetscInt flags)
@@ -141,11 +158,11 @@ void DemBlockGather_Internal(DemModel model, PetscInt b, PetscInt flags)
 
   for (PetscInt p = blocks->first[b]; p < blocks->first[b + 1]; p++) {
     for (PetscInt s = blocks->slot_start[p]; s < blocks->slot_start[p + 1]; s++) {
-      const PetscReal *f = blocks->slot_f + 8 * blocks->slot[s];
+      const PetscReal *f = blocks->slot_f + DEM_FORCE_ALL * blocks->slot[s];
 
       for (PetscInt d = 0; d < 3; d++) {
         model->f[d * n + p] += f[d];
-        model->torque[d * n + p] += f[3 + d];
+        model->torque[d * n + p] += f[DEM_FORCE_COUPLE + d];
       }
     }
     if (model->f_ext && (flags & DEM_WITH_LOADS))

@@ -63,7 +63,7 @@ typedef struct {
   PetscInt  *slot_start; /* [n + 1] */
   PetscInt  *slot;       /* halo slots of each particle, ascending */
   PetscReal *slot_s;     /* volumetric sum of each slot */
-  PetscReal *slot_f;     /* [slots][8] force, torque of each slot */
+  PetscReal *slot_f;     /* [slots][DEM_FORCE_ALL] of each slot */
   PetscInt   widest;     /* most particles a block's copy holds */
 } DemBlocks;
 
@@ -215,7 +215,7 @@ struct _p_DemModel {
   PetscReal work, work_in, damped, contact_lost, friction_lost; /* [J] */
   PetscReal stable;      /* critical step found, 0 = not yet */
 
-  PetscReal **scratch;   /* [threads] block copies */
+  PetscReal **scratch, *scratch_room; /* [threads] block copies, and where they lie */
   PetscReal  *lent;      /* state on loan, packing's order */
   struct {
     PetscInt      *p, *q;
@@ -224,8 +224,17 @@ struct _p_DemModel {
   } list; /* on loan by DemModelGetBonds */
 };
 
-/* Where a block's copy keeps what, in lengths of `widest`. */
-enum { DEM_COPY_X = 0, DEM_COPY_U = 3, DEM_COPY_R = 6, DEM_COPY_E = 10, DEM_COPY_S = 11, DEM_COPY_F = 12, DEM_COPY_V = 20, DEM_COPY_ALL = 21 };
+/* Where a block's copy keeps what, in lengths of `widest`: records of the particles, of the forces on them, volumetric sums, condensed volumes. */
+enum { DEM_COPY_AT = 0, DEM_COPY_F = 12, DEM_COPY_S = 20, DEM_COPY_V = 21, DEM_COPY_ALL = 22 };
+/* A particle's record: displacement, dilation, rotation, rest position, -. */
+enum { DEM_AT_U = 0, DEM_AT_E = 3, DEM_AT_R = 4, DEM_AT_X = 8, DEM_AT_ALL = 12 };
+/* What it feels: force, -, couple, -. */
+enum { DEM_FORCE_COUPLE = 4, DEM_FORCE_ALL = 8 };
+
+static inline PetscReal *DemCopyAt(PetscReal *copy, PetscInt i)
+{
+  return copy + DEM_AT_ALL * i;
+}
 
 /* dem_setup.c */
 PetscErrorCode DemSetUpOrder_Internal(DemModel model);
@@ -247,7 +256,7 @@ PetscErrorCode DemWatch_Internal(void *ctx, RunWatch look, char fault[BASE_LINE]
 /* dem_walls.c */
 void      DemFacesSetTime_Internal(DemModel model, PetscReal t);
 void      DemWallsSum_Internal(DemModel model, PetscInt p, PetscReal *sum);
-void      DemWallsForce_Internal(DemModel model, PetscInt p, PetscReal dilation, PetscReal f[6]);
+void      DemWallsForce_Internal(DemModel model, PetscInt p, PetscReal dilation, PetscReal f[DEM_FORCE_ALL]);
 PetscReal DemWallsEnergy_Internal(DemModel model);
 void      DemFacesReactions_Internal(DemModel model);
 /* State of the loaded facets into now [walls][7]; returns their work since `before` (may be NULL) [J], trapezoid.  Eq. (4.12) */
@@ -352,12 +361,12 @@ static inline PetscBool DemInClump(DemModel model, PetscInt p)
 /* dem_step.c */
 PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt);
 
-/* f[3..6) += scale (a x b): moment of a force b at arm a, in a [force, couple] record */
+/* couple += scale (a x b): moment of a force b at arm a, in a record of what a particle feels */
 static inline void DemAddMoment(const PetscReal a[3], const PetscReal b[3], PetscReal scale, PetscReal *f)
 {
-  f[3] += scale * (a[1] * b[2] - a[2] * b[1]);
-  f[4] += scale * (a[2] * b[0] - a[0] * b[2]);
-  f[5] += scale * (a[0] * b[1] - a[1] * b[0]);
+  f[DEM_FORCE_COUPLE] += scale * (a[1] * b[2] - a[2] * b[1]);
+  f[DEM_FORCE_COUPLE + 1] += scale * (a[2] * b[0] - a[0] * b[2]);
+  f[DEM_FORCE_COUPLE + 2] += scale * (a[0] * b[1] - a[1] * b[0]);
 }
 
 /* Current vector of a body-fixed one: (R - I) r, by the particle's rotation.  Eq. (4.2) */

@@ -448,9 +448,8 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
   for (PetscInt k = 0; k < model->n_history; k++) PetscCall(PetscFree(model->history[k].name));
   PetscCall(PetscFree(model->history));
   PetscCall(PetscFree2(model->history_name, model->history_unit));
-  if (model->scratch)
-    for (PetscInt t = 0; t < model->threads; t++) PetscCall(PetscFree(model->scratch[t]));
   PetscCall(PetscFree(model->scratch));
+  PetscCall(PetscFree(model->scratch_room));
   PetscCall(PetscFree(model->lent));
   PetscCall(PetscFree(*pmodel));
   PetscFunctionReturn(PETSC_SUCCESS);

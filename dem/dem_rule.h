@@ -28,6 +28,7 @@ enum {
 struct _n_DemNetwork {
   PetscReal *kn, *ks;     /* [bonds] stiffness [N/m] */
   PetscReal *area;        /* [bonds] the rule's area [m2] */
+  PetscReal *length;      /* [bonds] between the centres at rest [m] */
   PetscReal *part;        /* [bonds] contact point's place on the line p to q, 0 at p and 1 at q */
   PetscReal  area_factor; /* alpha that was used */
   PetscReal *hist;        /* [DEM_PAST_ALL][bonds], NULL unless bonds can break */
@@ -50,10 +51,9 @@ typedef struct {
   PetscReal length;     /* of the centre line now */
 } DemPairState;
 
-/* Where positions, displacements, rotations lie: a block's copy, or the model's own arrays. */
+/* Records of a bond's particles. */
 typedef struct {
-  PetscInt         stride, i, j;
-  const PetscReal *x, *u, *rot;
+  const PetscReal *p, *q; /* [DEM_AT_ALL] */
 } DemPairView;
 
 /* What one bond does: force on p, couples on p and q; and what it stores. */
@@ -64,10 +64,10 @@ typedef struct {
 } DemPairForce;
 
 /* dem_rule_bonds2.c, dem_rule_bonds3.c: bonds [begin, begin + m) as elastic springs.
-   t [9][DEM_CHUNK] out: force on p, couple on p, couple on q (2D: force x y, couple z of p, of q in rows 0 1 5 8)
+   t [9][DEM_CHUNK] out: force on p, couple on p, couple on q
    normal [DEM_CHUNK] out: k_n times elongation [N];  shear2 [DEM_CHUNK] out: (k_s |slide|)^2 [N2] */
-void DemPairsForce2_Internal(PetscInt wide, PetscInt begin, PetscInt m, const DemBonds *bonds, DemNetwork net, const PetscReal *copy, PetscReal t[9][DEM_CHUNK], PetscReal *normal, PetscReal *shear2);
-void DemPairsForce3_Internal(PetscInt wide, PetscInt begin, PetscInt m, const DemBonds *bonds, DemNetwork net, const PetscReal *copy, PetscReal t[9][DEM_CHUNK], PetscReal *normal, PetscReal *shear2);
+void DemPairsForce2_Internal(PetscInt begin, PetscInt m, const DemBonds *bonds, DemNetwork net, const PetscReal *copy, PetscReal t[9][DEM_CHUNK], PetscReal *normal, PetscReal *shear2);
+void DemPairsForce3_Internal(PetscInt begin, PetscInt m, const DemBonds *bonds, DemNetwork net, const PetscReal *copy, PetscReal t[9][DEM_CHUNK], PetscReal *normal, PetscReal *shear2);
 
 /* dem_rule_law.c */
 void DemPairGeometry_Internal(PetscInt dim, const DemPairView *view, PetscReal part, DemPairState *pair);
@@ -95,6 +95,7 @@ PetscReal      DemRuleEnergy_Internal(DemModel model);
 PetscReal      DemPoissonForce_Internal(DemModel model, PetscInt bond, PetscInt component); /* of the last step, on p [N] */
 
 /* dem_force.c: what the network shares with the exact rule */
+void     DemCopyParticle_Internal(DemModel model, PetscInt p, PetscReal at[DEM_AT_ALL]);
 PetscInt DemCopyState_Internal(DemModel model, PetscInt block, PetscReal *copy);
 void     DemBlockLoads_Internal(DemModel model, PetscInt block, PetscReal *copy, PetscInt flags); /* walls, weight; out to f and slots */
 void     DemBlockGather_Internal(DemModel model, PetscInt block, PetscInt flags);

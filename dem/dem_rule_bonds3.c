@@ -1,60 +1,62 @@
 /* dem_rule_bonds3.c - springs of the published rules over a run of bonds in 3D.  Eqs (4.40)-(4.44), docs/theory.md */
+#include "dem_bonds_impl.h"
 #include "dem_rule.h"
 
-/* (R - I) r of a unit quaternion */
-#define TURN(w, x, y, z, rx, ry, rz, ox, oy, oz) \
-  do { \
-    const PetscReal tx_ = 2 * ((y) * (rz) - (z) * (ry)), ty_ = 2 * ((z) * (rx) - (x) * (rz)), tz_ = 2 * ((x) * (ry) - (y) * (rx)); \
-    ox = (w) * tx_ + ((y) * tz_ - (z) * ty_); \
-    oy = (w) * ty_ + ((z) * tx_ - (x) * tz_); \
-    oz = (w) * tz_ + ((x) * ty_ - (y) * tx_); \
-  } while (0)
+enum { ROW_KN, ROW_KS, ROW_PART, ROW_LENGTH, ROWS };
 
-void DemPairsForce3_Internal(PetscInt wide, PetscInt begin, PetscInt m, const DemBonds *bonds, DemNetwork net, const PetscReal *copy, PetscReal t[9][DEM_CHUNK], PetscReal *restrict normal, PetscReal *restrict shear2)
+DEM_INLINE void Store(const DemLanes value, PetscReal *to)
 {
-  const PetscReal *restrict X = copy + DEM_COPY_X * wide, *restrict U = copy + DEM_COPY_U * wide, *restrict R = copy + DEM_COPY_R * wide;
-  const PetscReal *restrict kn = net->kn, *restrict ks = net->ks, *restrict part = net->part;
-  const int *restrict ip = bonds->ip, *restrict iq = bonds->iq;
+  *(DemLoose *)to = value;
+}
 
-#pragma omp simd
-  for (PetscInt c = 0; c < m; c++) {
-    const PetscInt  k = begin + c;
-    const int       i = ip[k], j = iq[k];
-    const PetscReal Yx = X[j] - X[i], Yy = X[wide + j] - X[wide + i], Yz = X[2 * wide + j] - X[2 * wide + i];
-    const PetscReal wx = U[j] - U[i], wy = U[wide + j] - U[wide + i], wz = U[2 * wide + j] - U[2 * wide + i];
-    const PetscReal yx = Yx + wx, yy = Yy + wy, yz = Yz + wz, s = part[k];
-    const PetscReal px = s * Yx, py = s * Yy, pz = s * Yz, qx = px - Yx, qy = py - Yy, qz = pz - Yz;
-    const PetscReal L = PetscSqrtReal(yx * yx + yy * yy + yz * yz), d = PetscSqrtReal(Yx * Yx + Yy * Yy + Yz * Yz), inv = 1 / L;
-    const PetscReal open = (2 * (Yx * wx + Yy * wy + Yz * wz) + wx * wx + wy * wy + wz * wz) / (L + d); /* L - d without cancellation */
-    const PetscReal nx = inv * yx, ny = inv * yy, nz = inv * yz;
-    PetscReal       ax, ay, az, bx, by, bz;
+DEM_CLONES void DemPairsForce3_Internal(PetscInt begin, PetscInt m, const DemBonds *bonds, DemNetwork net, const PetscReal *copy, PetscReal t[9][DEM_CHUNK], PetscReal *restrict normal, PetscReal *restrict shear2)
+{
+  for (PetscInt first = 0; first < m; first += DEM_LANES) {
+    const PetscInt k = begin + first;
+    DemRun         run = {.row = {net->kn + k, net->ks + k, net->part + k, net->length + k}, .ip = bonds->ip + k, .iq = bonds->iq + k};
+    DemRunTail     tail;
+    DemBondEnds    ends;
+    DemLanes       move[4], Y[4], ri[4], rj[4], y[3], p[3], q[3], a[3], b[3], gap[3], n[3], g[3], f[3];
 
-    TURN(R[i], R[wide + i], R[2 * wide + i], R[3 * wide + i], px, py, pz, ax, ay, az);
-    TURN(R[j], R[wide + j], R[2 * wide + j], R[3 * wide + j], qx, qy, qz, bx, by, bz);
-    PetscReal       gx = wx + (bx - ax), gy = wy + (by - ay), gz = wz + (bz - az);
-    const PetscReal along = gx * nx + gy * ny + gz * nz;
+    DemRunCut(ROWS, m - first, &tail, &run);
+    DemBondEndsOf(run.ip, run.iq, copy, &ends);
+    DemEndsDifference(&ends, DEM_AT_U, move);
+    DemEndsDifference(&ends, DEM_AT_X, Y);
+    DemEndsRows(ends.p, DEM_AT_R, ri);
+    DemEndsRows(ends.q, DEM_AT_R, rj);
+    const DemLanes part = DemLanesLoad(run.row[ROW_PART]), d = DemLanesLoad(run.row[ROW_LENGTH]);
 
-    ax += px;
-    ay += py;
-    az += pz;
-    bx += qx;
-    by += qy;
-    bz += qz;
-    gx = ks[k] * (gx - along * nx);
-    gy = ks[k] * (gy - along * ny);
-    gz = ks[k] * (gz - along * nz);
-    const PetscReal N = kn[k] * open, share = 1 - along * inv;
+    for (int c = 0; c < 3; c++) {
+      y[c] = Y[c] + move[c];
+      p[c] = part * Y[c];
+      q[c] = p[c] - Y[c];
+    }
+    DemLanesTurn(ri, p, a);
+    DemLanesTurn(rj, q, b);
+    const DemLanes L = DemLanesSqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2]);
+    const DemLanes both = 1 / (L * (L + d)), inverse = both * (L + d); /* one division for two: 1/L and 1/(L + d) */
+    const DemLanes open = (2 * (Y[0] * move[0] + Y[1] * move[1] + Y[2] * move[2]) + move[0] * move[0] + move[1] * move[1] + move[2] * move[2]) * (both * L); /* L - d without cancellation */
 
-    normal[c] = N;
-    shear2[c] = gx * gx + gy * gy + gz * gz;
-    t[0][c]   = N * nx + share * gx;
-    t[1][c]   = N * ny + share * gy;
-    t[2][c]   = N * nz + share * gz;
-    t[3][c]   = ay * gz - az * gy;
-    t[4][c]   = az * gx - ax * gz;
-    t[5][c]   = ax * gy - ay * gx;
-    t[6][c]   = bz * gy - by * gz;
-    t[7][c]   = bx * gz - bz * gx;
-    t[8][c]   = by * gx - bx * gy;
+    for (int c = 0; c < 3; c++) {
+      n[c]   = inverse * y[c];
+      gap[c] = move[c] + (b[c] - a[c]);
+      a[c] += p[c];
+      b[c] += q[c];
+    }
+    const DemLanes along = gap[0] * n[0] + gap[1] * n[1] + gap[2] * n[2], ks = DemLanesLoad(run.row[ROW_KS]), N = DemLanesLoad(run.row[ROW_KN]) * open, share = 1 - along * inverse;
+
+    for (int c = 0; c < 3; c++) {
+      g[c] = ks * (gap[c] - along * n[c]);
+      f[c] = N * n[c] + share * g[c];
+    }
+    Store(N, normal + first);
+    Store(g[0] * g[0] + g[1] * g[1] + g[2] * g[2], shear2 + first);
+    for (int c = 0; c < 3; c++) {
+      const int e = (c + 1) % 3, h = (c + 2) % 3;
+
+      Store(f[c], t[c] + first);
+      Store(a[e] * g[h] - a[h] * g[e], t[3 + c] + first);
+      Store(b[h] * g[e] - b[e] * g[h], t[6 + c] + first);
+    }
   }
 }

@@ -4,6 +4,7 @@
   As dem_force.c, in two passes: forces of the blocks, sums over halo slots. Bonds go through the elastic kernel in
   chunks; those near a limit, or with history, are then done again one by one by the law.
 */
+#include "dem_bonds_impl.h"
 #include "dem_rule.h"
 #include <omp.h>
 
@@ -31,11 +32,19 @@ static PetscInt Odd(DemModel model, PetscInt begin, PetscInt m, const PetscReal 
   return n;
 }
 
+/* Component d of the line from particle i of the copy to j, now. */
+static inline PetscReal Reach(const PetscReal *copy, int i, int j, PetscInt d)
+{
+  const PetscReal *p = copy + DEM_AT_ALL * i, *q = copy + DEM_AT_ALL * j;
+
+  return q[DEM_AT_X + d] - p[DEM_AT_X + d] + q[DEM_AT_U + d] - p[DEM_AT_U + d];
+}
+
 /* A nu (sigma_t1 + sigma_t2) of the two particles' mean stress, across the bond.  Eq. (4.44) */
 static void PoissonForce(DemModel model, PetscInt begin, PetscInt m, PetscInt flags, const PetscReal *copy, const PetscReal *normal, PetscReal t[9][DEM_CHUNK], PetscReal *work)
 {
   const DemBonds *bonds = &model->bonds;
-  const PetscInt  wide = model->blocks.widest, dim = model->dim;
+  const PetscInt  dim = model->dim;
   DemNetwork      net = model->net;
   const PetscReal nu = model->material.poisson;
 
@@ -46,7 +55,7 @@ static void PoissonForce(DemModel model, PetscInt begin, PetscInt m, PetscInt fl
     PetscReal        y[3] = {0}, s[6], length = 0, across, force;
 
     for (PetscInt d = 0; d < dim; d++) {
-      y[d] = copy[(DEM_COPY_X + d) * wide + j] - copy[(DEM_COPY_X + d) * wide + i] + copy[(DEM_COPY_U + d) * wide + j] - copy[(DEM_COPY_U + d) * wide + i];
+      y[d] = Reach(copy, i, j, d);
       length += y[d] * y[d];
     }
     for (PetscInt d = 0; d < 6; d++) s[d] = 0.5 * (sp[d] + sq[d]);
@@ -79,25 +88,24 @@ static void BlockForce(DemModel model, PetscInt b, PetscReal *copy, PetscInt fla
   const DemBonds  *bonds = &model->bonds;
   DemNetwork       net = model->net;
   const PetscInt   wide = blocks->widest, dim = model->dim, all = DemCopyState_Internal(model, b, copy), own = blocks->first[b + 1] - blocks->first[b];
-  const PetscReal *X = copy + DEM_COPY_X * wide, *U = copy + DEM_COPY_U * wide;
   const PetscBool  fails = (PetscBool)(net->hist && (flags & DEM_WITH_LOADS)), advance = (PetscBool)((flags & DEM_WITH_FAILURE) != 0);
-  PetscReal       *F = copy + DEM_COPY_F * wide, t[9][DEM_CHUNK] = {{0}}, normal[DEM_CHUNK], shear2[DEM_CHUNK], work = 0;
+  PetscReal       *F = copy + DEM_COPY_F * wide, t[9][DEM_CHUNK], normal[DEM_CHUNK], shear2[DEM_CHUNK], work = 0;
   int              odd[DEM_CHUNK];
 
-  for (PetscInt i = 0; i < 8 * all; i++) F[i] = 0;
+  for (PetscInt i = 0; i < DEM_FORCE_ALL * all; i++) F[i] = 0;
   if (sum)
     for (PetscInt i = 0; i < 6 * all; i++) sum[i] = 0;
   for (PetscInt begin = blocks->bond[b]; begin < blocks->bond[b + 1]; begin += DEM_CHUNK) {
     const PetscInt m = PetscMin(DEM_CHUNK, blocks->bond[b + 1] - begin);
 
-    if (dim == 3) DemPairsForce3_Internal(wide, begin, m, bonds, net, copy, t, normal, shear2);
-    else DemPairsForce2_Internal(wide, begin, m, bonds, net, copy, t, normal, shear2);
+    if (dim == 3) DemPairsForce3_Internal(begin, m, bonds, net, copy, t, normal, shear2);
+    else DemPairsForce2_Internal(begin, m, bonds, net, copy, t, normal, shear2);
     if (fails) {
       const PetscInt n_odd = Odd(model, begin, m, normal, shear2, odd);
 
       for (PetscInt l = 0; l < n_odd; l++) {
         const PetscInt    c = odd[l], k = begin + c;
-        const DemPairView view = {wide, bonds->ip[k], bonds->iq[k], X, U, copy + DEM_COPY_R * wide};
+        const DemPairView view = {DemCopyAt(copy, bonds->ip[k]), DemCopyAt(copy, bonds->iq[k])};
         DemPairForce      force;
 
         DemPairLaw_Internal(model, k, &view, advance, &force);
@@ -109,15 +117,11 @@ static void BlockForce(DemModel model, PetscInt b, PetscReal *copy, PetscInt fla
       }
     }
     if (net->nu_force && (flags & DEM_WITH_LOADS)) PoissonForce(model, begin, m, flags, copy, normal, t, &work);
-    for (PetscInt c = 0; c < m; c++) {
-      PetscReal *fp = F + 8 * bonds->ip[begin + c], *fq = F + 8 * bonds->iq[begin + c];
+    for (PetscInt c = 0; c < m; c += DEM_LANES) {
+      DemLanes rows[9];
 
-      for (PetscInt d = 0; d < 3; d++) {
-        fp[d] += t[d][c];
-        fp[3 + d] += t[3 + d][c];
-        fq[d] -= t[d][c];
-        fq[3 + d] += t[6 + d][c];
-      }
+      for (int d = 0; d < 9; d++) rows[d] = DemLanesLoad(t[d] + c);
+      DemLanesScatter((int)PetscMin(DEM_LANES, m - c), bonds->ip + begin + c, bonds->iq + begin + c, rows, rows + 3, rows + 6, F);
     }
     if (sum)
       for (PetscInt c = 0; c < m; c++) { /* Love-Weber, each particle its part of the centre line.  Eq. (4.43) */
@@ -127,7 +131,7 @@ static void BlockForce(DemModel model, PetscInt b, PetscReal *copy, PetscInt fla
         PetscReal       r[3] = {0}, s[3] = {0};
 
         for (PetscInt d = 0; d < dim; d++) {
-          const PetscReal y = X[d * wide + j] - X[d * wide + i] + U[d * wide + j] - U[d * wide + i];
+          const PetscReal y = Reach(copy, i, j, d);
 
           r[d] = net->part[k] * y;
           s[d] = r[d] - y;
@@ -167,6 +171,8 @@ static void Look(DemModel model, PetscInt b)
     const PetscInt  p = model->bonds.p[k], q = model->bonds.q[k];
     const PetscReal vp = model->volume[p], vq = model->volume[q];
     PetscReal       mean[6], value[3], *limit_n = net->hist + DEM_PAST_LIMIT_N * m + k, *limit_s = net->hist + DEM_PAST_LIMIT_S * m + k;
+    PetscReal       at[2][DEM_AT_ALL];
+    const DemPairView view = {at[0], at[1]};
     DemPairState    pair;
 
     if ((model->crack.state[k] & DEM_BOND_KEPT) || model->crack.damage[k] >= 1 || (*limit_n > 0 && *limit_s > 0)) continue;
@@ -176,8 +182,8 @@ static void Look(DemModel model, PetscInt b)
     const PetscBool coulomb = (PetscBool)(s->shear > 0 && *limit_s == 0 && DemMohrCoulomb(value, s->mu_static, s->shear) >= 1);
 
     if (!rankine && !coulomb) continue;
-    const DemPairView view = {model->n, p, q, model->x0, model->u, model->rot};
-
+    DemCopyParticle_Internal(model, p, at[0]);
+    DemCopyParticle_Internal(model, q, at[1]);
     DemPairGeometry_Internal(model->dim, &view, net->part[k], &pair);
     model->crack.state[k] |= DEM_BOND_WATCHED;
     if (rankine) *limit_n = PetscMax(pair.open - net->hist[DEM_PAST_SET * m + k], DEM_SMALLEST_COSINE * s->tensile * net->area[k] / net->kn[k]);

@@ -14,12 +14,11 @@ static inline PetscReal Dot3(const PetscReal a[3], const PetscReal b[3])
 
 void DemPairGeometry_Internal(PetscInt dim, const DemPairView *view, PetscReal part, DemPairState *pair)
 {
-  const PetscInt w = view->stride, i = view->i, j = view->j;
-  PetscReal      Y[3] = {0}, move[3] = {0}, ra[3] = {0}, rb[3] = {0}, ta[3], tb[3], length2 = 0, rest2 = 0, grow = 0;
+  PetscReal Y[3] = {0}, move[3] = {0}, ra[3] = {0}, rb[3] = {0}, ta[3], tb[3], length2 = 0, rest2 = 0, grow = 0;
 
   for (PetscInt c = 0; c < dim; c++) {
-    Y[c]    = view->x[c * w + j] - view->x[c * w + i];
-    move[c] = view->u[c * w + j] - view->u[c * w + i];
+    Y[c]    = view->q[DEM_AT_X + c] - view->p[DEM_AT_X + c];
+    move[c] = view->q[DEM_AT_U + c] - view->p[DEM_AT_U + c];
     ra[c]   = part * Y[c];
     rb[c]   = ra[c] - Y[c];
     rest2 += Y[c] * Y[c];
@@ -28,8 +27,8 @@ void DemPairGeometry_Internal(PetscInt dim, const DemPairView *view, PetscReal p
   }
   pair->length = PetscSqrtReal(length2);
   pair->open   = grow / (pair->length + PetscSqrtReal(rest2));
-  DemTurn(dim, w, i, view->rot, ra, ta);
-  DemTurn(dim, w, j, view->rot, rb, tb);
+  DemTurn(dim, 1, 0, view->p + DEM_AT_R, ra, ta);
+  DemTurn(dim, 1, 0, view->q + DEM_AT_R, rb, tb);
   for (PetscInt c = 0; c < 3; c++) {
     pair->n[c]   = (Y[c] + move[c]) / pair->length;
     pair->a[c]   = ra[c] + ta[c];
@@ -40,29 +39,28 @@ void DemPairGeometry_Internal(PetscInt dim, const DemPairView *view, PetscReal p
   for (PetscInt c = 0; c < 3; c++) pair->slide[c] = pair->gap[c] - pair->along * pair->n[c];
 }
 
-/* A vector kept with particle i: to space, and back. */
+/* A vector kept with particle p: to space, and back. */
 static void ToSpace(PetscInt dim, const DemPairView *view, const PetscReal v[3], PetscReal out[3])
 {
   PetscReal t[3];
 
-  DemTurn(dim, view->stride, view->i, view->rot, v, t);
+  DemTurn(dim, 1, 0, view->p + DEM_AT_R, v, t);
   for (PetscInt c = 0; c < 3; c++) out[c] = v[c] + t[c];
 }
 
 static void ToParticle(PetscInt dim, const DemPairView *view, const PetscReal v[3], PetscReal out[3])
 {
-  const PetscReal *R = view->rot;
-  const PetscInt   w = view->stride, i = view->i;
+  const PetscReal *R = view->p + DEM_AT_R;
   PetscReal        back[4], t[3];
 
   if (dim == 2) {
-    out[0] = (1 + R[w + i]) * v[0] + R[i] * v[1];
-    out[1] = -R[i] * v[0] + (1 + R[w + i]) * v[1];
+    out[0] = (1 + R[1]) * v[0] + R[0] * v[1];
+    out[1] = -R[0] * v[0] + (1 + R[1]) * v[1];
     out[2] = 0;
     return;
   }
-  back[0] = R[i];
-  for (PetscInt c = 1; c < 4; c++) back[c] = -R[c * w + i];
+  back[0] = R[0];
+  for (PetscInt c = 1; c < 4; c++) back[c] = -R[c];
   DemTurn(3, 1, 0, back, v, t);
   for (PetscInt c = 0; c < 3; c++) out[c] = v[c] + t[c];
 }
@@ -258,8 +256,11 @@ static void Spring(DemModel model, PetscInt k, const DemPairView *view, DemPairF
 
 void DemPairNow_Internal(DemModel model, PetscInt k, DemPairForce *out)
 {
-  const DemPairView view = {model->n, model->bonds.p[k], model->bonds.q[k], model->x0, model->u, model->rot};
+  PetscReal         at[2][DEM_AT_ALL];
+  const DemPairView view = {at[0], at[1]};
 
+  DemCopyParticle_Internal(model, model->bonds.p[k], at[0]);
+  DemCopyParticle_Internal(model, model->bonds.q[k], at[1]);
   if (model->net->hist) DemPairLaw_Internal(model, k, &view, PETSC_FALSE, out);
   else Spring(model, k, &view, out);
 }

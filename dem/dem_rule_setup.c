@@ -171,7 +171,7 @@ PetscErrorCode DemSetUpRule_Internal(DemModel model)
 
   PetscFunctionBegin;
   BaseCheckInput(!model->weight_mass, model->comm, "A coupled body needs elasticity: exact; the published rules do not balance against finite elements");
-  PetscCall(PetscMalloc4(m, &net->kn, m, &net->ks, m, &net->area, m, &net->part));
+  PetscCall(PetscMalloc5(m, &net->kn, m, &net->ks, m, &net->area, m, &net->part, m, &net->length));
   net->area_factor = rule->area_factor;
   if (rule->elasticity != DEM_KDEM && net->area_factor == 0) {
     BaseCheckInput(model->dim == 3, model->comm, "The published packing factor 40 P/N_c is for spheres; give area_factor in two dimensions");
@@ -194,6 +194,7 @@ PetscErrorCode DemSetUpRule_Internal(DemModel model)
     net->kn[e] = rule->elasticity == DEM_GIVEN ? rule->normal_stiffness : E * net->area[e] / d * rule->normal_factor;
     net->ks[e] = rule->elasticity == DEM_GIVEN ? rule->shear_stiffness : G * net->area[e] / d * rule->shear_factor;
     net->part[e] = PetscMax(0.1, PetscMin(0.9, 0.5 * (d + rp - rq) / d)); /* middle of the gap.  Eq. (4.40) */
+    net->length[e] = d;
     bonds->k[e]  = net->area[e] / d;
     for (PetscInt c = 0; c < 3; c++) bonds->arm[c * m + e] = c < model->dim ? net->part[e] * (model->x0[c * n + q] - model->x0[c * n + p]) : 0;
   }
@@ -233,7 +234,7 @@ PetscErrorCode DemRuleDestroy_Internal(DemModel model)
 
   PetscFunctionBegin;
   if (!net) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscFree4(net->kn, net->ks, net->area, net->part));
+  PetscCall(PetscFree5(net->kn, net->ks, net->area, net->part, net->length));
   PetscCall(PetscFree3(net->stress, net->stress_sum, net->slot_stress));
   PetscCall(PetscFree3(net->nu_force, net->nu_length, net->block_work));
   PetscCall(PetscFree(net->hist));

@@ -142,7 +142,7 @@ static PetscErrorCode SetUpHalo(DemModel model)
   for (PetscInt p = 0; p < n; p++) b->slot_start[p + 1] += b->slot_start[p];
   for (PetscInt p = 0; p < n; p++) local[p] = b->slot_start[p];
   for (PetscInt s = 0; s < slots; s++) b->slot[local[b->halo[s]]++] = s;
-  PetscCall(PetscCalloc2(slots, &b->slot_s, 8 * slots, &b->slot_f));
+  PetscCall(PetscCalloc2(slots, &b->slot_s, DEM_FORCE_ALL * slots, &b->slot_f));
   PetscCall(PetscFree(local));
   b->widest = (b->widest + 7) / 8 * 8;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -202,7 +202,9 @@ PetscErrorCode DemSetUpBonds_Internal(DemModel model)
 
   PetscCall(PetscCalloc1(b->n_blocks, &model->block_sum));
   PetscCall(PetscCalloc1(model->threads, &model->scratch));
-  for (PetscInt t = 0; t < model->threads; t++) PetscCall(PetscCalloc1(DEM_COPY_ALL * b->widest + 8, &model->scratch[t]));
+  const PetscInt line = 64 / sizeof(PetscReal), room = (DEM_COPY_ALL * b->widest + line) / line * line; /* whole cache lines: a force record is one */
+  PetscCall(PetscCalloc1(model->threads * room + line, &model->scratch_room));
+  for (PetscInt t = 0; t < model->threads; t++) model->scratch[t] = (PetscReal *)(((uintptr_t)model->scratch_room + 63) / 64 * 64) + t * room;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

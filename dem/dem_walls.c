@@ -75,7 +75,7 @@ void DemWallsSum_Internal(DemModel model, PetscInt p, PetscReal *sum)
 }
 
 /* Force and moment of facet i on particle p, dilation = S/V*; t[] the facet's force. */
-static void FacetForce(DemModel model, PetscInt p, PetscInt i, PetscReal dilation, PetscReal t[3], PetscReal f[6])
+static void FacetForce(DemModel model, PetscInt p, PetscInt i, PetscReal dilation, PetscReal t[3], PetscReal f[DEM_FORCE_ALL])
 {
   const DemWalls *w = &model->walls;
   const PetscReal A = w->area[i], h = w->h[i], g2 = 2 * model->g_shear, lambda = model->lambda;
@@ -104,7 +104,7 @@ static void FacetForce(DemModel model, PetscInt p, PetscInt i, PetscReal dilatio
   DemAddMoment(facet.arm, t, 1, f);
 }
 
-void DemWallsForce_Internal(DemModel model, PetscInt p, PetscReal dilation, PetscReal f[6])
+void DemWallsForce_Internal(DemModel model, PetscInt p, PetscReal dilation, PetscReal f[DEM_FORCE_ALL])
 {
   const DemWalls *w = &model->walls;
 
@@ -117,7 +117,7 @@ void DemWallsForce_Internal(DemModel model, PetscInt p, PetscReal dilation, Pets
 
 void DemFacetForce_Internal(DemModel model, PetscInt i, PetscReal t[3])
 {
-  PetscReal f[6] = {0};
+  PetscReal f[DEM_FORCE_ALL] = {0};
 
   FacetForce(model, model->walls.owner[i], i, model->dilation[model->walls.owner[i]], t, f);
 }
@@ -145,7 +145,7 @@ void DemFacesReactions_Internal(DemModel model)
   for (PetscInt k = 0; k < model->n_faces; k++)
     for (PetscInt d = 0; d < 3; d++) model->face[k].reaction[d] = 0;
   for (PetscInt i = 0; i < w->n; i++) {
-    PetscReal t[3], f[6] = {0};
+    PetscReal t[3], f[DEM_FORCE_ALL] = {0};
 
     if (w->kind[i] == DEM_WALL_TRACTION || w->kind[i] == DEM_WALL_RIM) continue;
     FacetForce(model, w->owner[i], i, model->dilation[w->owner[i]], t, f);
