@@ -384,7 +384,7 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
   const AppPart    *part     = &c->part[0];
   const FemMaterial elements = {part->density, part->young, part->poisson};
   CouplingOptions   options  = {.affine = PETSC_TRUE};
-  const char       *word;
+  const char       *word, *far;
   char              path[256];
 
   PetscFunctionBegin;
@@ -402,6 +402,8 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
   PetscCall(SceneGetReal(c->scene, "coupling.floor", &options.floor));
   PetscCall(SceneGetString(c->scene, "coupling.weights", &word));
   PetscCall(SceneGetInt(c->scene, "coupling.substeps", &options.substeps)); /* auto: 0 */
+  PetscCall(SceneGetString(c->scene, "coupling.far_field", &far));
+  options.far    = !strcmp(far, "implicit") ? COUPLING_FAR_IMPLICIT : !strcmp(far, "auto") ? COUPLING_FAR_AUTO : COUPLING_FAR_EXPLICIT;
   options.smooth = strcmp(word, "smoothstep") ? PETSC_FALSE : PETSC_TRUE;
   c->made_couplings++;
   if (c->turning) { /* packing and cells stay: sleeping particles are theirs */

@@ -314,9 +314,27 @@ static PetscErrorCode SolverWords(AppCase *c, PetscReal dofs, size_t size, char 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* How the elements outside the overlap step, and why. */
+static PetscErrorCode FarWords(AppCase *c, size_t size, char words[])
+{
+  CouplingReport r;
+  FemFarReport   far;
+  const char    *asked;
+
+  PetscFunctionBegin;
+  PetscCall(SceneGetString(c->scene, "coupling.far_field", &asked));
+  PetscCall(CouplingModelGetReport(c->coupling, &r));
+  PetscCall(CouplingModelGetFar(c->coupling, &far));
+  if (r.implicit)
+    PetscCall(PetscSNPrintf(words, size, "implicit (average acceleration, one factorisation), %d unknowns on the face; %s: explicit it would hold the particles' step at %.4g s", (int)far.face, strcmp(asked, "auto") ? "as asked" : "chosen",
+                            (double)r.explicit_limit));
+  else PetscCall(PetscSNPrintf(words, size, "explicit%s", !strcmp(asked, "auto") ? "; chosen: its elements do not make the particles' step much smaller" : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
 {
-  char            active[256], solver[256];
+  char            active[256], solver[256], far[256];
   const char     *title, *about = p->built ? "" : "about ";
   const PetscBool sure = p->built || c->time != APP_EXPLICIT ? PETSC_TRUE : PETSC_FALSE;
   PetscReal       end = 0;
@@ -344,7 +362,9 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
     fprintf(out, "  overlap   %d particles, %d bonds, %d elements; force left on a node in uniform stress %.2g of stress x facet\n", (int)r.particles, (int)r.bonds, (int)r.cells, (double)r.residual);
     fprintf(out, "  substeps  %d particle step%s of ", (int)p->substeps, p->substeps > 1 ? "s" : "");
     Time(out, p->dt / p->substeps);
-    fprintf(out, " in one step of the elements outside\n");
+    fprintf(out, " in one step of the elements outside%s\n", r.implicit ? ", which is implicit" : "");
+    PetscCall(FarWords(c, sizeof(far), far));
+    fprintf(out, "  far field %s\n", far);
   }
   if (solver[0]) fprintf(out, "  solver    %s\n", solver);
   fprintf(out, "  loads     %d from conditions, %d tools\n", (int)c->n_loads, (int)c->n_tools);
@@ -405,7 +425,13 @@ PetscErrorCode AppPlanJson(AppCase *c, const AppPlan *p, Json *json)
   PetscCall(JsonReal(json, "step_s", p->dt));
   PetscCall(JsonString(json, "step_set_by", p->sets));
   if (p->critical > 0) PetscCall(JsonReal(json, "critical_step_s", p->critical));
-  if (c->coupling) PetscCall(JsonInt(json, "substeps", p->substeps));
+  if (c->coupling) {
+    char far[256];
+
+    PetscCall(JsonInt(json, "substeps", p->substeps));
+    PetscCall(FarWords(c, sizeof(far), far));
+    PetscCall(JsonString(json, "far_field", far));
+  }
   PetscCall(JsonReal(json, "steps", p->steps));
   PetscCall(JsonReal(json, "expected_seconds", p->seconds));
   PetscCall(JsonInt(json, "threads", p->threads));

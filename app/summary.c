@@ -167,6 +167,17 @@ static PetscErrorCode RunJson(AppCase *c, const RunSummary *run, Json *json)
   PetscCall(JsonReal(json, "worst_error", run->worst_ledger_error));
   PetscCall(JsonEnd(json));
 
+  if (c->coupling) {
+    FemFarReport far;
+
+    PetscCall(CouplingModelGetFar(c->coupling, &far));
+    if (far.steps) { /* implicit */
+      PetscCall(JsonBeginObject(json, "far_field"));
+      PetscCall(JsonReal(json, "taken_at_face_J", far.taken));
+      PetscCall(JsonReal(json, "copies_apart_m", far.apart));
+      PetscCall(JsonEnd(json));
+    }
+  }
   if (c->fem) {
     FemReadings readings;
 

@@ -283,7 +283,8 @@ static const SceneKey keys[] = {
 
   {"coupling",                                 SCENE_MAP,    "",      NULL,        NULL,         NULL, "6",   "where elements and particles overlap", 0},
   {"coupling.width",                           SCENE_REAL,   "elements", "2 elements", POSITIVE, NULL, "6",   "of the overlap", 0},
-  {"coupling.substeps",                        SCENE_INT,    "-",     "auto",      "[1, 1e6]",   NULL, "6.10", "particle steps in one step of the elements outside the overlap; auto: the most that is stable, up to 10. The run's step, time.step too, is the elements'", SCENE_AUTO},
+  {"coupling.substeps",                        SCENE_INT,    "-",     "auto",      "[1, 1e6]",   NULL, "6.10", "particle steps in one step of the elements outside the overlap; auto: the most that is stable (with an implicit far field: accurate), up to 10. The run's step, time.step too, is the elements'", SCENE_AUTO},
+  {"coupling.far_field",                       SCENE_CHOICE, "",      "explicit",  NULL,         "explicit implicit auto", "6.20", "how the elements outside the overlap step: explicit, in impulses of substeps; implicit, by Newmark's average acceleration, at any step; auto: implicit where those elements alone would make the particles' step much smaller", 0},
   {"coupling.weights",                         SCENE_CHOICE, "",      "linear",    NULL,         "linear smoothstep", "6", "share of the elements across the overlap", 0},
   {"coupling.floor",                           SCENE_REAL,   "-",     "0.05",      "(0, 0.5)",   NULL, "6",   "smallest share of either side", 0},
   {"coupling.switch",                          SCENE_MAP,    "",      NULL,        NULL,         NULL, "8",   "elements turn into particles as they near their strength; dem.group is what is particles from the start", 0},

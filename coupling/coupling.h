@@ -27,11 +27,16 @@ typedef struct {
 PetscErrorCode CouplingSplitCreate(const Mesh *whole, const char *group, PetscInt width, CouplingSplit *split);
 PetscErrorCode CouplingSplitDestroy(CouplingSplit *split);
 
+/* How the elements outside the overlap step: as the particles or in m of their steps (6.10), by Newmark's average acceleration (6.20), or as auto
+   finds cheaper: implicit where those elements alone would make the particles' step much smaller. */
+typedef enum { COUPLING_FAR_EXPLICIT, COUPLING_FAR_IMPLICIT, COUPLING_FAR_AUTO } CouplingFar;
+
 typedef struct {
   PetscReal floor;  /* least weight of either side, default 0.05 */
   PetscBool smooth; /* smoothstep instead of linear */
   PetscBool affine; /* the affine correction; PETSC_FALSE only to compare */
-  PetscInt  substeps; /* particle steps in one step of the elements outside, default 1; 0 = the most that is stable, up to 10 */
+  PetscInt  substeps; /* particle steps in one step of the elements outside, default 1; 0 = the most that is stable (implicit: accurate), up to 10 */
+  CouplingFar far;  /* default explicit */
 } CouplingOptions;
 
 PetscErrorCode CouplingModelCreate(MPI_Comm comm, CouplingModel *model);
@@ -49,9 +54,13 @@ typedef struct {
   PetscInt  particles, bonds, cells, nodes; /* in the overlap */
   PetscReal residual_before, residual;      /* worst node's force in a uniform strain / (stress x facet area), before and after the fit.  Eq. (6.8) */
   PetscInt  substeps;                       /* in use */
+  PetscBool implicit;                       /* the far field is */
+  PetscReal explicit_limit;                 /* then: the particles' largest step with an explicit one [s] */
   PetscReal least_weight;                   /* smallest fitted share of an element's stiffness */
 } CouplingReport;
 
+/* Of the far field, where it is implicit: energy the face has taken, distance of the copies.  Eq. (6.27) */
+PetscErrorCode CouplingModelGetFar(CouplingModel model, FemFarReport *report);
 PetscErrorCode CouplingModelGetReport(CouplingModel model, CouplingReport *report);
 PetscErrorCode CouplingModelDestroy(CouplingModel *model);
 

@@ -51,6 +51,7 @@ struct _p_CouplingModel {
   PetscReal *g;             /* [nodes*dim] forces on the nodes [N] */
 
   PetscInt       substeps;  /* particle steps in one step of the outer elements; the Stepper's step is the latter */
+  PetscBool      far;       /* the outer elements go implicitly */
   PetscReal      limit;     /* largest step of the particles [s] */
   PetscReal      dt;        /* particles' step, which P belongs to; 0 = none yet */
   PetscReal      given;     /* particles' step of a run that goes on, whose Stepper's step is a multiple that substeps must divide; 0 = none */
@@ -82,6 +83,8 @@ PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, P
 /* Faults of both sides, the elements' first. */
 PetscErrorCode CouplingWatch_Internal(const Stepper *fem, const Stepper *dem, RunWatch look, char fault[BASE_LINE]);
 PetscErrorCode CouplingRimForces_Internal(CouplingModel model); /* adds the rim's to model->g */
+/* coupling_far.c */
+PetscErrorCode CouplingChooseFar_Internal(CouplingModel model, PetscBool *implicit);
 /* coupling_substep.c */
 PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model);
 PetscErrorCode CouplingStart_Internal(CouplingModel model, PetscReal dt); /* forces of the present state for the particles' step dt */

@@ -388,7 +388,16 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
   PetscCall(DemModelRestoreState(model->dem, &ds));
   PetscCall(CouplingChooseSubsteps_Internal(model));
   model->report.substeps = model->substeps;
+  model->report.implicit = model->far;
   model->ready = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingModelGetFar(CouplingModel model, FemFarReport *report)
+{
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetUp() before asking for its far field");
+  PetscCall(FemModelGetFar(model->fem, report));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -48,7 +48,8 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal macro)
   PetscFunctionBegin;
   if (model->dt != dt) PetscCall(CouplingStart_Internal(model, dt));
   for (PetscInt k = 0; k < m; k++) {
-    if (m == 1) PetscCall(model->fem_stepper.step(model->fem, t, dt));
+    if (model->far) PetscCall(FemModelFarStep(model->fem, t + k * dt, dt, k));
+    else if (m == 1) PetscCall(model->fem_stepper.step(model->fem, t, dt));
     else PetscCall(FemModelSubStep(model->fem, t + k * dt, dt, k));
     PetscCall(DemModelAdvance(model->dem, t + k * dt, dt));
     PetscCall(CouplingForces_Internal(model));

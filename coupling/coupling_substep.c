@@ -293,8 +293,11 @@ static PetscErrorCode Choose(CouplingModel model)
 
 PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model)
 {
+  PetscBool implicit;
+
   PetscFunctionBegin;
-  PetscCall(Choose(model));
-  if (model->substeps == 1) PetscCall(CheckEnergy(model));
+  PetscCall(CouplingChooseFar_Internal(model, &implicit));
+  if (!implicit) PetscCall(Choose(model));
+  if (model->substeps == 1 || implicit) PetscCall(CheckEnergy(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -150,6 +150,18 @@ PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], Pe
 PetscErrorCode FemModelSubStep(FemModel model, PetscReal t, PetscReal dt, PetscInt k);
 /* Forces [N] of a displacement alone, [nodes][dim]: impulses of the macro step H, forces of the sub-steps; mobility [1/kg], 0 = prescribed. */
 PetscErrorCode FemModelSubForces(FemModel model, PetscReal H, const PetscReal *u, PetscReal *slow, PetscReal *fast, PetscReal *mobility);
+/* A far field, for a coupling: elements with near[] true (the mesh's order of top-dimension cells) and their nodes step by central differences,
+   m steps of dt; the others by average acceleration in one of m dt. The nodes between exist twice, tied in velocity. After set-up,
+   before the first step; explicit, one rank; again to change m alone. critical [s]: of the near elements; may be NULL. From then on the
+   model advances by FemModelFarStep(), k = 0 .. m - 1; frames, energies and checkpoints belong between far steps. Eqs (6.20)-(6.28) */
+PetscErrorCode FemModelSetFar(FemModel model, const PetscBool near[], PetscInt m, PetscReal *critical);
+PetscErrorCode FemModelFarStep(FemModel model, PetscReal t, PetscReal dt, PetscInt k);
+typedef struct {
+  PetscInt  steps, face; /* near steps in a far one, 0 = no far field; unknowns of the face */
+  PetscReal taken;       /* energy that went at the face so far [J], part of the ledger's coupling */
+  PetscReal apart;       /* largest distance between the two copies of a node [m] */
+} FemFarReport;
+PetscErrorCode FemModelGetFar(FemModel model, FemFarReport *report);
 /* Goes on where `from` stands, at the same instant, with fewer elements: node i is node[i] of from. After set-up, before the first step; explicit, one rank. */
 PetscErrorCode FemModelContinue(FemModel model, FemModel from, const PetscInt node[]);
 PetscErrorCode FemModelDestroy(FemModel *model);

@@ -126,6 +126,21 @@ typedef struct {
   PetscReal  kinetic;       /* [J] of the present level */
 } FemInner;
 
+/* Elements that go implicitly beside inner ones (FemInner holds those). Arrays [n_own*dim] unless said, zero where the far field has no mass.  fem_far.c */
+typedef struct {
+  PetscInt   m, k;          /* near steps in one of the far field, 0 = none; how many of the present one are done */
+  PetscReal  dt;            /* near step the factor belongs to [s], 0 = none */
+  PetscReal *near_mass, *far_mass; /* [n_own] [kg] of either side's elements */
+  PetscInt   n_face, *face; /* free dofs that both sides have */
+  PetscReal *Y, *inverse;   /* [n_face][n_face] [m/(s N)] velocity of the face per force on it, far side; inverse of both sides' */
+  PetscReal *lambda, *lambda0, *right, *free[2]; /* [n_face] force on the near copy now and when the far step began [N]; work; free velocity at both its ends */
+  PetscReal *u, *v, *a, *g; /* far copy at the last end of a far step; g = K u */
+  PetscReal *u1, *v1, *a1, *g1, *f0, *f1, *pull; /* the coming end, free; loads at both ends; lambda on all dofs */
+  PetscReal  link, level_link[2]; /* [J] work of the multipliers so far; of the present level before and after it */
+  PetscReal  kinetic, apart;      /* near copy's [J]; largest distance between the copies [m] */
+  PetscBool  closed;              /* the far field stands at the present time */
+} FemFar;
+
 /* Sides that absorb waves.  fem_absorb.c */
 typedef struct {
   PetscInt   n_groups, *group;
@@ -274,6 +289,7 @@ struct _p_FemModel {
   PetscReal  *borne;     /* [n_own] [kg] int rho N_a, what gravity acts on in a static model and beside a consistent mass; mass elsewhere */
   FemRows     rows;      /* of the outer elements only while inner.m > 1 */
   FemInner    inner;
+  FemFar      far;
   FemAbsorb   absorb;
   FemContact  contact;
   FemImplicit implicit;
@@ -470,6 +486,16 @@ PetscErrorCode FemExplicitLevel(FemModel model, PetscReal dt);
 PetscErrorCode FemForces(FemModel model); /* f_int of u, inner and outer */
 PetscErrorCode FemInnerLevel(FemModel model, PetscReal H);
 PetscErrorCode FemInnerDestroy(FemModel model);
+PetscErrorCode FemInnerCreate(FemModel model, const PetscBool inner[]);
+void           FemInnerTimes(const FemModel model, const PetscReal *u, PetscReal *f);
+/* fem_far.c */
+PetscErrorCode FemFarForces(FemModel model);
+PetscErrorCode FemFarTrial(FemModel model, const PetscReal *u, PetscReal *slow, PetscReal *fast, PetscReal *mobility);
+PetscErrorCode FemFarLevel(FemModel model);
+void           FemFarEnergies(FemModel model, PetscReal *kinetic, PetscReal *strain, PetscReal *taken);
+PetscErrorCode FemFarSave(FemModel model, Checkpoint checkpoint);
+PetscErrorCode FemFarLoad(FemModel model, Checkpoint checkpoint);
+PetscErrorCode FemFarDestroy(FemModel model);
 /* fem_recover.c */
 PetscErrorCode FemRecoveryDestroy(FemModel model);
 /* fem_error.c: after FemRecover(); density [n_cells] [J/m3] of owned elements, may be NULL */

@@ -469,6 +469,7 @@ PetscErrorCode FemModelDestroy(FemModel *model)
   PetscCall(FemElementsDestroy(m));
   PetscCall(FemBatchesDestroy(m));
   PetscCall(FemInnerDestroy(m));
+  PetscCall(FemFarDestroy(m));
   for (PetscInt k = 0; k < m->n_fixes; k++) PetscCall(TableDestroy(&m->fix[k].table));
   for (PetscInt k = 0; k < m->n_loads; k++) {
     PetscCall(TableDestroy(&m->load[k].table));

@@ -22,7 +22,8 @@ static PetscErrorCode StepperStep(void *ctx, PetscReal t, PetscReal dt)
 static PetscErrorCode Close(FemModel model)
 {
   PetscFunctionBegin;
-  if (model->inner.m > 1) PetscCall(FemInnerLevel(model, model->dt_last));
+  if (model->far.m) PetscCall(FemFarLevel(model));
+  else if (model->inner.m > 1) PetscCall(FemInnerLevel(model, model->dt_last));
   else if (model->method == FEM_EXPLICIT) PetscCall(FemExplicitLevel(model, model->dt_last));
   else if (model->method == FEM_IMPLICIT) PetscCall(FemImplicitLevel(model));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -51,7 +52,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
 {
   FemModel       model  = ctx;
   const PetscInt n      = model->n_own * model->dim;
-  PetscReal      sum[6] = {0, 0, 0, 0, 0, 0}; /* kinetic, strain; work, damping, contact and friction of the half step up to now */
+  PetscReal      taken = 0, sum[6] = {0, 0, 0, 0, 0, 0}; /* kinetic, strain; work, damping, contact and friction of the half step up to now */
 
   PetscFunctionBegin;
   PetscCall(Close(model));
@@ -65,6 +66,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
     sum[5] = model->started ? model->level_sum[6] : 0;
   }
   if (model->method == FEM_IMPLICIT) sum[0] = model->implicit.kinetic;
+  if (model->far.m) FemFarEnergies(model, &sum[0], &sum[1], &taken);
   PetscCall(FemSum(model, 6, sum));
   PetscCall(PetscMemzero(ledger, sizeof(*ledger)));
   ledger->energy[LEDGER_KINETIC] = sum[0];
@@ -73,6 +75,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
   ledger->energy[LEDGER_DAMPING] = model->damping + sum[3];
   ledger->energy[LEDGER_CONTACT]  = model->contact.contact + sum[4];
   ledger->energy[LEDGER_FRICTION] = model->contact.friction + sum[5];
+  ledger->energy[LEDGER_COUPLING] = taken;
   ledger->initial                = model->initial;
   ledger->work_in                = PetscMax(model->work_in, PetscAbsReal(model->work + sum[2]));
   ledger->scale                  = model->scale;
@@ -244,10 +247,12 @@ static PetscErrorCode StepperSave(void *ctx, Checkpoint checkpoint)
 {
   FemModel        model = ctx;
   const PetscInt  n     = model->N_nodes * model->dim;
-  const PetscReal state[7] = {model->t, model->dt_last, (PetscReal)model->started, model->work, model->damping, model->work_in, model->initial};
   PetscReal      *all;
 
   PetscFunctionBegin;
+  if (model->far.m) PetscCall(FemFarLevel(model)); /* the far step that ends now is booked with it */
+  const PetscReal state[7] = {model->t, model->dt_last, (PetscReal)model->started, model->work, model->damping, model->work_in, model->initial};
+
   PetscCall(PetscMalloc1(model->rank == 0 ? n : 0, &all));
   PetscCall(CheckpointWriteReal(checkpoint, "fem/state", 7, state));
   PetscCall(FemGather(model, model->home, model->dim, model->u, all));
@@ -260,6 +265,7 @@ static PetscErrorCode StepperSave(void *ctx, Checkpoint checkpoint)
   }
   PetscCall(PetscFree(all));
   PetscCall(FemContactSave(model, checkpoint));
+  PetscCall(FemFarSave(model, checkpoint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -292,6 +298,7 @@ static PetscErrorCode StepperLoad(void *ctx, Checkpoint checkpoint)
   model->initial     = state[6];
   model->level_known = PETSC_FALSE;
   PetscCall(FemContactLoad(model, checkpoint));
+  PetscCall(FemFarLoad(model, checkpoint));
   PetscCall(FemGhosts(model, model->u));
   PetscCall(FemForces(model));
   if (model->pre.n && (model->started || model->method != FEM_STATIC)) {

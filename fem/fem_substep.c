@@ -9,7 +9,7 @@
 #include "fem_impl.h"
 
 /* f [n][dim] = K_inner u; u [nodes][dim] */
-static void InnerTimes(const FemModel model, const PetscReal *u, PetscReal *f)
+void FemInnerTimes(const FemModel model, const PetscReal *u, PetscReal *f)
 {
   const FemInner *in  = &model->inner;
   const PetscInt  dim = model->dim;
@@ -34,9 +34,13 @@ PetscErrorCode FemForces(FemModel model)
   const PetscInt dim = model->dim;
 
   PetscFunctionBegin;
+  if (model->far.m) {
+    PetscCall(FemFarForces(model));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(FemApply(model, model->u, model->f_int));
   if (in->m > 1) {
-    InnerTimes(model, model->u, in->fast);
+    FemInnerTimes(model, model->u, in->fast);
     for (PetscInt j = 0; j < in->n; j++)
       for (PetscInt d = 0; d < dim; d++) {
         in->slow[j * dim + d] = model->f_int[in->node[j] * dim + d];
@@ -59,7 +63,7 @@ static void Correct(FemModel model, PetscReal H, const PetscReal *f, PetscReal *
 
       in->work[k] = in->edge[j] && model->fixed[k] < 0 ? f[j * dim + d] / model->mass[in->node[j]] : 0;
     }
-  InnerTimes(model, in->work, c);
+  FemInnerTimes(model, in->work, c);
   for (PetscInt k = 0; k < in->n * dim; k++) c[k] *= -scale;
 }
 
@@ -70,9 +74,13 @@ PetscErrorCode FemModelSubForces(FemModel model, PetscReal H, const PetscReal *u
   const PetscInt dim = model->dim, n = model->n_own * dim;
 
   PetscFunctionBegin;
+  if (model->far.m) { /* the near elements alone, their face free */
+    PetscCall(FemFarTrial(model, u, slow, fast, mobility));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(FemApply(model, u, slow));
   if (in->m > 1) {
-    InnerTimes(model, u, in->net);
+    FemInnerTimes(model, u, in->net);
     for (PetscInt k = 0; k < in->n * dim; k++) in->net[k] = -in->net[k];
     Correct(model, H, in->net, in->correction);
   }
@@ -197,7 +205,7 @@ PetscErrorCode FemModelSubStep(FemModel model, PetscReal t, PetscReal dt, PetscI
   if (last) {
     for (PetscInt i = 0; i < model->n_fixed_own; i++) model->u[model->fixed_dof[i]] = FemFixPosition(&model->fix[model->fixed[model->fixed_dof[i]]], t + dt);
     PetscCall(FemForces(model));
-  } else InnerTimes(model, model->u, in->fast);
+  } else FemInnerTimes(model, model->u, in->fast);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -244,27 +252,15 @@ static PetscErrorCode TakeRows(FemModel model, const PetscReal *value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], PetscInt m, PetscReal *critical)
+/* Inner nodes, the edge, rows of the inner elements; rows of the model keep those of the others. in->m stays 0. */
+PetscErrorCode FemInnerCreate(FemModel model, const PetscBool inner[])
 {
-  FemInner       *in  = &model->inner;
-  const PetscInt  dim = model->dim;
-  const PetscReal whole = model->critical;
-  PetscReal      *value;
+  FemInner      *in  = &model->inner;
+  const PetscInt dim = model->dim;
+  PetscReal     *value;
 
   PetscFunctionBegin;
-  PetscCheck(!model->corotate.on, model->comm, PETSC_ERR_SUP, "Corotational elements go in one step, all together");
-  BaseCheckInput(m == 1 || !model->contact.n_planes, model->comm, "%s: a rigid plane met by elements with sub-steps is not covered; take one step for both sides (coupling: {substeps: 1})", model->source);
-  PetscCheck(model->ready && model->method == FEM_EXPLICIT && model->size == 1 && !model->started, model->comm, PETSC_ERR_ORDER, "Sub-steps are set on one rank, after set-up and before the first explicit step");
-  PetscCheck(whole > 0, model->comm, PETSC_ERR_ORDER, "Ask for the critical step before elements are set apart");
-  BaseCheckInput(m == 1 || model->operator == FEM_ROWS, model->comm, "Sub-steps need assembled rows; leave out -fem_elements, or take one step");
-  BaseCheckInput(m == 1 || !model->frame_of, model->comm, "%s: inclined planes of symmetry with sub-steps are not covered; take one step for both sides (coupling: {substeps: 1})", model->source);
-  BaseCheckInput(m == 1 || !model->pre.n, model->comm, "%s: initial or thermal stress with sub-steps is not covered; take one step for both sides (coupling: {substeps: 1})", model->source);
   PetscCall(FemInnerDestroy(model));
-  if (m == 1) {
-    if (model->rows.value) PetscCall(FemRowsFill(model, NULL, PETSC_TRUE, model->rows.value));
-    if (critical) *critical = whole;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(PetscMalloc4(model->n_own, &in->node, model->n_own, &in->place, model->n_own, &in->edge, model->n_own + 1, &in->start));
   for (PetscInt i = 0; i < model->n_own; i++) in->place[i] = -1;
   for (PetscInt c = 0; c < model->n_cells; c++)
@@ -279,7 +275,6 @@ PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], Pe
   for (PetscInt c = 0; c < model->n_cells; c++)
     for (PetscInt k = model->cell_start[c]; k < model->cell_start[c + 1]; k++)
       if (!inner[model->cell_gid[c]] && in->place[model->cell_node[k]] >= 0) in->edge[in->place[model->cell_node[k]]] = 1;
-  in->m = m;
   if (model->batches) {
     PetscCall(FemBatchesDestroy(model));
     PetscCall(FemRowsCreate(model));
@@ -290,6 +285,30 @@ PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], Pe
   PetscCall(PetscFree(value));
   PetscCall(FemRowsFill(model, inner, PETSC_FALSE, model->rows.value));
   PetscCall(PetscCalloc5(in->n * dim, &in->fast, in->n * dim, &in->slow, in->n * dim, &in->net, in->n * dim, &in->correction, model->n_own * dim, &in->work));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], PetscInt m, PetscReal *critical)
+{
+  FemInner       *in    = &model->inner;
+  const PetscReal whole = model->critical;
+
+  PetscFunctionBegin;
+  PetscCheck(!model->corotate.on, model->comm, PETSC_ERR_SUP, "Corotational elements go in one step, all together");
+  BaseCheckInput(m == 1 || !model->contact.n_planes, model->comm, "%s: a rigid plane met by elements with sub-steps is not covered; take one step for both sides (coupling: {substeps: 1})", model->source);
+  PetscCheck(model->ready && model->method == FEM_EXPLICIT && model->size == 1 && !model->started, model->comm, PETSC_ERR_ORDER, "Sub-steps are set on one rank, after set-up and before the first explicit step");
+  PetscCheck(whole > 0, model->comm, PETSC_ERR_ORDER, "Ask for the critical step before elements are set apart");
+  BaseCheckInput(m == 1 || model->operator == FEM_ROWS, model->comm, "Sub-steps need assembled rows; leave out -fem_elements, or take one step");
+  BaseCheckInput(m == 1 || !model->frame_of, model->comm, "%s: inclined planes of symmetry with sub-steps are not covered; take one step for both sides (coupling: {substeps: 1})", model->source);
+  BaseCheckInput(m == 1 || !model->pre.n, model->comm, "%s: initial or thermal stress with sub-steps is not covered; take one step for both sides (coupling: {substeps: 1})", model->source);
+  if (m == 1) {
+    PetscCall(FemInnerDestroy(model));
+    if (model->rows.value) PetscCall(FemRowsFill(model, NULL, PETSC_TRUE, model->rows.value));
+    if (critical) *critical = whole;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(FemInnerCreate(model, inner));
+  in->m = m;
   model->critical = 0;
   if (critical) PetscCall(FemModelGetCriticalStep(model, critical));
   model->critical    = whole;
