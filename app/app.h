@@ -22,7 +22,7 @@ typedef struct {
   const char **set; /* [n_set] "path=value" */
   PetscReal    time_limit; /* [s] of wall time, the set-up included; 0: none */
   PetscLogDouble stop_at;  /* by PetscTime(); 0: never */
-  PetscBool    resume, new_loads, quiet, no_plots;
+  PetscBool    resume, new_loads, quiet, no_plots, measure;
   int          n_petsc;
   char       **petsc; /* [n_petsc + 1] program name and what follows "--" */
 } AppOptions;
@@ -211,7 +211,13 @@ typedef struct {
 PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan);
 PetscErrorCode AppPlanFromModels(AppCase *c, PetscInt threads, AppPlan *plan); /* refuses a given step above the critical one */
 PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *plan, FILE *out);
+/* Time the run would take, from some seconds of it in a temporary directory: `check --measure`. The case is spent. */
+PetscErrorCode AppMeasure(AppCase *c, const AppOptions *options, const AppPlan *plan, FILE *out);
 PetscErrorCode AppPlanJson(AppCase *c, const AppPlan *plan, Json *json);
+
+/* What the loop needs of scene and plan; fields to write; plots of the results, with warnings to end. */
+PetscErrorCode AppRunOptions(AppCase *c, const AppOptions *options, const AppPlan *plan, RunOptions *run);
+PetscErrorCode AppFieldNames(AppCase *c, Output output);
 
 /* Objects of every PETSc class made so far on this rank, from PETSc's own log, and our own. */
 PetscErrorCode AppCountsJson(AppCase *c, Json *json);
@@ -224,6 +230,7 @@ typedef struct {
   PetscInt    n_warnings;
   char        warning[8][512];
 } AppEnd;
+PetscErrorCode AppPlots(AppCase *c, const char *directory, AppEnd *end);
 PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary *run, const AppEnd *end, const char *directory);
 PetscErrorCode AppModal(AppCase *c, Output output, const char *directory, PetscBool quiet); /* modes.csv, frames, c->frequency */
 PetscErrorCode AppCracksWrite(AppCase *c, const char *directory); /* cracks.csv and fragments.csv, where the material can break */

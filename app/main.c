@@ -40,7 +40,9 @@ static void Help(FILE *out)
                "  --stop-after STEPS   stop, with a checkpoint, after so many steps\n"
                "  --quiet              no plan, no progress\n"
                "  --no-plots           no pictures at the end\n"
-               "  -- OPTIONS           the rest goes to PETSc: -- -log_view\n"
+               "\nof check:\n"
+               "  --measure            build the models, step for some seconds, and say what the run would take\n"
+               "\n  -- OPTIONS           the rest goes to PETSc: -- -log_view\n"
                "\nmpiexec -n 2 cleave run SCENE is the same run on two ranks. cleave --version names the libraries.\n"
                "exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted after a checkpoint\n");
 }

@@ -19,7 +19,8 @@ static const Option table[] = {
   {"--resume", "run", PETSC_FALSE},
   {"--new-loads", "run", PETSC_FALSE},
   {"--quiet", "run", PETSC_FALSE},
-  {"--no-plots", "run", PETSC_FALSE},
+  {"--no-plots", "run check", PETSC_FALSE},
+  {"--measure", "check", PETSC_FALSE},
 };
 enum { N_OPTIONS = sizeof(table) / sizeof(table[0]) };
 
@@ -123,6 +124,7 @@ int AppOptionsRead(int argc, char **argv, AppOptions *o)
     else if (!strcmp(option->name, "--new-loads")) o->new_loads = PETSC_TRUE;
     else if (!strcmp(option->name, "--quiet")) o->quiet = PETSC_TRUE;
     else if (!strcmp(option->name, "--no-plots")) o->no_plots = PETSC_TRUE;
+    else if (!strcmp(option->name, "--measure")) o->measure = PETSC_TRUE;
     else if (!strchr(value, '=')) bad = Refuse("--set wants key=value, not", value, "for example --set time.end='2 ms'");
     else o->set[o->n_set++] = value;
     if (bad) return bad;

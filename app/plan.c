@@ -2,12 +2,13 @@
   plan.c - what a run is going to do, before it does it.
 
   `check` estimates from the geometry alone and says so; `run` knows the models. Memory is held against runs by a test
-  (tests/app/memory.py). The rates of the time estimate were measured on one core of a 2-core AVX-512 machine; they are for orientation.
+  (tests/app/memory.py). The rates of the time estimate were measured on one core of a 2-core machine with AVX2; they are for orientation: `check --measure`
+  (measure.c) times the run itself.
 */
 #include "app.h"
 #include <string.h>
 
-#define SECONDS_BOND_STEP 5.5e-8  /* [s], one thread */
+#define SECONDS_BOND_STEP 3e-8  /* [s], one thread */
 #define SECONDS_UNKNOWN   1.2e-4  /* [s] of a static solution in 3D; a fifth of it in 2D */
 #define SECONDS_LEVELS    2.0e-5  /* [s] of one by two levels */
 #define BYTES_START       85e6    /* the program with its libraries */

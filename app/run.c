@@ -27,7 +27,7 @@ PetscErrorCode AppOutputDirectory(const AppOptions *options, size_t size, char d
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode GetRunOptions(AppCase *c, const AppOptions *options, const AppPlan *plan, RunOptions *run)
+PetscErrorCode AppRunOptions(AppCase *c, const AppOptions *options, const AppPlan *plan, RunOptions *run)
 {
   PetscReal given = 0;
 
@@ -53,7 +53,7 @@ static PetscErrorCode GetRunOptions(AppCase *c, const AppOptions *options, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetFieldNames(AppCase *c, Output output)
+PetscErrorCode AppFieldNames(AppCase *c, Output output)
 {
   const char *names[64];
   PetscInt    n;
@@ -133,7 +133,7 @@ static PetscErrorCode PlotWords(AppCase *c, PetscInt *n, char *word[APP_PLOTS])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Plots(AppCase *c, const char *directory, AppEnd *end)
+PetscErrorCode AppPlots(AppCase *c, const char *directory, AppEnd *end)
 {
   PetscBool ran = PETSC_FALSE;
   PetscInt  n;
@@ -165,7 +165,7 @@ static PetscErrorCode RunModes(AppCase *c, const AppOptions *options, const AppP
   BaseCheckInput(!options->resume, c->comm, "A modal run has no steps to resume; run it without --resume");
   PetscCall(AppOutputDirectory(options, sizeof(directory), directory));
   PetscCall(OutputCreate(c->comm, directory, PETSC_FALSE, &output));
-  PetscCall(SetFieldNames(c, output));
+  PetscCall(AppFieldNames(c, output));
   PetscCall(BaseFormat(path, "%s/resolved.yaml", directory));
   PetscCall(SceneWriteResolved(c->scene, path));
   PetscCall(AppModal(c, output, directory, options->quiet));
@@ -269,7 +269,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AppStamp(&c, &stamp, &scene));
-  PetscCall(GetRunOptions(&c, options, &plan, &run_options));
+  PetscCall(AppRunOptions(&c, options, &plan, &run_options));
   if (!options->quiet) PetscCall(AppPlanPrint(&c, &plan, stdout));
   if (!c.is_static && run_options.step == 0) PetscCall(SceneSetDerived(c.scene, "time.step", plan.dt, plan.sets));
   run_options.stamp      = stamp;
@@ -282,7 +282,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   PetscCall(BaseFormat(path, "%s/checkpoint.h5", directory));
   BaseCheckInput(!options->resume || !access(path, R_OK), c.comm, "There is no checkpoint '%s' to resume from; run without --resume, or name the directory with --output", path);
   PetscCall(OutputCreate(c.comm, directory, options->resume, &output));
-  PetscCall(SetFieldNames(&c, output));
+  PetscCall(AppFieldNames(&c, output));
   if (!options->resume) {
     PetscCall(AppResolvedWrite(&c, directory, NULL));
     PetscCall(AppSummaryWrite(&c, &plan, NULL, &end, directory));
@@ -305,7 +305,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   if (!code && c.method == APP_FEM && c.time != APP_MODAL) PetscCall(FemModelGetBalance(c.fem, &c.balance[0], &c.balance[1]));
   if (!code) PetscCall(WarnOfHaste(&c, &end));
   PetscCall(AppSwitchesWrite(&c, directory, &end));
-  if (!options->no_plots) PetscCall(Plots(&c, directory, &end));
+  if (!options->no_plots) PetscCall(AppPlots(&c, directory, &end));
   PetscCall(AppSummaryWrite(&c, &plan, &run, &end, directory));
   if (!options->quiet && !c.rank) printf("%s: results in %s\n", end.state, directory);
   *exit_code = end.exit_code;
@@ -316,25 +316,28 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A step the user gives can only be judged against the model's own frequencies; otherwise no model is built. */
+/* A step the user gives can only be judged against the model's own frequencies, and steps be timed only with a model; otherwise none is built. */
 PetscErrorCode AppCheck(const AppOptions *options, int *exit_code)
 {
   AppCase   c;
   AppPlan   plan;
   PetscInt  threads;
   PetscReal given = 0;
+  PetscBool build;
 
   PetscFunctionBegin;
   PetscCall(AppCaseRead(PETSC_COMM_WORLD, options, &c));
   PetscCall(AppThreads(c.comm, options->threads, &threads));
   if (c.time == APP_EXPLICIT) PetscCall(SceneGetReal(c.scene, "time.step", &given));
-  if (given > 0 && c.time == APP_EXPLICIT) {
+  build = (PetscBool)(options->measure || (given > 0 && c.time == APP_EXPLICIT));
+  if (build) {
     PetscCall(AppCaseBuild(&c, threads));
     PetscCall(AppPlanFromModels(&c, threads, &plan));
   } else PetscCall(AppPlanEstimate(&c, threads, &plan));
   PetscCall(AppPlanPrint(&c, &plan, stdout));
   PetscCall(AppCountsPrint(&c, stdout));
-  if (given > 0 && c.time == APP_EXPLICIT && !c.rank) printf("  note      time.step is given: the model was built to hold it against the critical step\n");
+  if (options->measure) PetscCall(AppMeasure(&c, options, &plan, stdout));
+  else if (build && !c.rank) printf("  note      time.step is given: the model was built to hold it against the critical step\n");
   if (!c.rank) printf("%s: no faults found\n", options->word[0]);
   *exit_code = 0;
   PetscCall(AppCaseDestroy(&c));

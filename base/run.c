@@ -190,11 +190,12 @@ static PetscErrorCode WriteRow(Run *run)
 
 static PetscErrorCode Write(Run *run, PetscBool row, PetscBool frame)
 {
-  PetscLogDouble start, end;
+  PetscLogDouble start, middle, end;
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&start));
   if (row) PetscCall(WriteRow(run));
+  PetscCall(PetscTime(&middle));
   if (frame && run->stepper->write) {
     PetscCall(OutputFrameBegin(run->output, run->sum->time, run->n));
     PetscCall(run->stepper->write(run->stepper->ctx, run->output));
@@ -202,6 +203,10 @@ static PetscErrorCode Write(Run *run, PetscBool row, PetscBool frame)
   }
   PetscCall(PetscTime(&end));
   run->sum->seconds_output += end - start;
+  if (frame) {
+    run->sum->seconds_frames += end - middle;
+    run->sum->frames_here++;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -499,9 +504,12 @@ static PetscErrorCode Deliver(Run *run, PetscBool *ends)
 /* One step; a model that fails has said why, the loop adds where and what is left. */
 static PetscErrorCode Advance(Run *run)
 {
-  PetscErrorCode code;
+  const PetscBool first = (PetscBool)(run->sum->steps_here == 0);
+  PetscLogDouble  start = 0, end = 0;
+  PetscErrorCode  code;
 
   PetscFunctionBegin;
+  if (first) PetscCall(PetscTime(&start));
   code = run->stepper->step(run->stepper->ctx, run->n * run->sum->dt, run->sum->dt);
   if (code) {
     char good[BASE_LINE + 128];
@@ -510,6 +518,8 @@ static PetscErrorCode Advance(Run *run)
     if (!run->options->quiet && run->rank == 0) fprintf(stderr, "cleave: stopped in step %lld, t = %.6g s; %s\n", (long long)run->n + 1, (double)run->sum->time, good);
   }
   PetscCall(code);
+  if (first) PetscCall(PetscTime(&end));
+  run->sum->seconds_first += end - start;
   run->n++;
   run->resumed    = PETSC_FALSE;
   run->sum->steps = run->n;

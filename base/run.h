@@ -59,6 +59,8 @@ typedef struct {
   PetscInt  steps, steps_here; /* in all, in this call */
   PetscReal time, dt, stable_dt;
   PetscReal seconds_step, seconds_output, seconds_checkpoint; /* wall time by phase */
+  PetscReal seconds_first, seconds_frames;                    /* of the first step here, of the frames: parts of the above */
+  PetscInt  frames_here;
   Ledger    ledger;
   PetscReal worst_ledger_error;
   PetscInt  n_history;
