@@ -319,7 +319,7 @@ static PetscErrorCode RefusePrestress(AppCase *c)
 
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.%s", c->part[0].name, key[k]));
     PetscCall(SceneHas(c->scene, path, &has));
-    if (has) PetscCall(SceneFail(c->scene, path, "%s in a coupled body is not covered yet, see docs/not-yet.md", key[k]));
+    if (has) PetscCall(SceneFail(c->scene, path, "%s in a coupled body is not covered, see docs/not-yet.md%s", key[k], k ? "" : "; stress its sides by traction or pressure, add gravity, and begin with time: {preload: static}"));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -345,6 +345,7 @@ static PetscErrorCode MakeSides(void *ctx, const CouplingSplit *split, const Dem
   c->made_fem++;
   PetscCall(FemModelSetKind(c->fem, CoupledKind(c), c->thickness));
   PetscCall(FemModelSetMethod(c->fem, FEM_EXPLICIT));
+  PetscCall(FemModelSetStartGiven(c->fem, c->preload));
   PetscCall(Rotation(c));
   PetscCall(SetElement(c));
   PetscCall(FemModelSetThreads(c->fem, c->threads));
@@ -404,6 +405,7 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
   PetscCall(SceneGetInt(c->scene, "coupling.substeps", &options.substeps)); /* auto: 0 */
   PetscCall(SceneGetString(c->scene, "coupling.far_field", &far));
   options.far    = !strcmp(far, "implicit") ? COUPLING_FAR_IMPLICIT : !strcmp(far, "auto") ? COUPLING_FAR_AUTO : COUPLING_FAR_EXPLICIT;
+  options.preload = c->preload;
   options.smooth = strcmp(word, "smoothstep") ? PETSC_FALSE : PETSC_TRUE;
   c->made_couplings++;
   if (c->turning) { /* packing and cells stay: sleeping particles are theirs */

@@ -316,7 +316,8 @@ static PetscErrorCode ReadCondition(AppCase *c, PetscInt i)
   if (has) PetscCall(SceneGetBool(c->scene, path, &has));
   if (has) {
     PetscCall(CheckFacets(c, path, group));
-    if (c->method != APP_FEM) PetscCall(SceneFail(c->scene, path, "absorbing sides belong to finite elements; the body of '%s' is %s", group->name, c->method == APP_DEM ? "made of particles" : "coupled, which is not covered yet, see docs/not-yet.md"));
+    if (c->method == APP_DEM) PetscCall(SceneFail(c->scene, path, "absorbing sides belong to finite elements; the body of '%s' is made of particles", group->name));
+    if (c->method == APP_TOUCH) PetscCall(SceneFail(c->scene, path, "absorbing sides of a body that particles touch are not covered, see docs/not-yet.md"));
     PetscCall(AddLoad(c, APP_ABSORB, path, group->name, &load));
   }
   Path(path, "%s.pressure", at);
@@ -484,7 +485,7 @@ static PetscErrorCode ApplyDem(AppCase *c, const AppLoad *l)
   case APP_LINE_LOAD: PetscCall(SceneFail(c->scene, l->path, "'%s' is on the particles' side of the coupled body, which takes fix, traction and pressure", l->group)); break;
   case APP_PRESSURE: AppCallAt(c->scene, l->path, DemModelAddPressure(c->dem, l->group, &l->table)); break;
   case APP_GRAVITY: AppCallAt(c->scene, l->path, DemModelSetGravity(c->dem, l->gravity)); break;
-  case APP_ABSORB:
+  case APP_ABSORB: PetscCall(SceneFail(c->scene, l->path, "absorbing sides belong to finite elements; '%s' is on the particles' side of the coupled body", l->group)); break;
   case APP_PLANE: break; /* refused when they were read */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -512,12 +513,10 @@ PetscErrorCode AppConditionsApply(AppCase *c)
   for (PetscInt k = 0; k < c->n_loads; k++) {
     PetscBool particles = (PetscBool)(c->method == APP_DEM || c->load[k].particles);
 
-    if (c->method == APP_TOUCH && c->load[k].kind == APP_GRAVITY) PetscCall(ApplyFem(c, &c->load[k])); /* and on the particles below */
-    if (c->method == APP_TOUCH && c->load[k].kind == APP_GRAVITY) particles = PETSC_TRUE;
-    if (c->method == APP_COUPLED) {
-      if (c->load[k].kind == APP_GRAVITY) PetscCall(SceneFail(c->scene, c->load[k].path, "gravity in a coupled body is not covered yet, see docs/not-yet.md"));
-      PetscCall(AppSideOf(c, c->load[k].path, c->load[k].group, &particles));
-    }
+    if ((c->method == APP_TOUCH || c->method == APP_COUPLED) && c->load[k].kind == APP_GRAVITY) {
+      PetscCall(ApplyFem(c, &c->load[k])); /* and on the particles below */
+      particles = PETSC_TRUE;
+    } else if (c->method == APP_COUPLED) PetscCall(AppSideOf(c, c->load[k].path, c->load[k].group, &particles));
     if (particles) PetscCall(ApplyDem(c, &c->load[k]));
     else PetscCall(ApplyFem(c, &c->load[k]));
   }

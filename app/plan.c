@@ -155,7 +155,7 @@ static PetscReal FemBytes(const AppCase *c, PetscReal nodes)
   const PetscInt order = c->time == APP_STATIC ? c->mesh_order : 1;
   FemSolver      solver;
 
-  if (c->time == APP_EXPLICIT && !c->preload) return nodes * BYTES_NODE;
+  if (c->time == APP_EXPLICIT && (!c->preload || c->method == APP_COUPLED)) return nodes * BYTES_NODE;
   solver = FemSolverRule(c->dim, order, nodes * c->dim, LargestPoisson(c), c->size);
   if (solver == FEM_TWO_LEVEL) return nodes * BYTES_LEVELS_NODE;
   if (solver == FEM_MULTIGRID) return nodes * BYTES_GAMG_NODE * (c->mesh_order == 2 ? 1.5 : 1);
@@ -299,7 +299,7 @@ static PetscErrorCode TimeWords(AppCase *c, size_t size, char words[])
 static PetscErrorCode SolverWords(AppCase *c, PetscReal dofs, size_t size, char words[])
 {
   PetscReal poisson = -1;
-  PetscInt  times   = c->preload + (c->time != APP_EXPLICIT), planes = 0;
+  PetscInt  times   = (c->preload && c->method != APP_COUPLED) + (c->time != APP_EXPLICIT), planes = 0;
   char      name[128], ending[64];
 
   PetscFunctionBegin;
@@ -366,6 +366,9 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
     fprintf(out, " in one step of the elements outside%s\n", r.implicit ? ", which is implicit" : "");
     PetscCall(FarWords(c, sizeof(far), far));
     fprintf(out, "  far field %s\n", far);
+    if (r.preload_evaluations)
+      fprintf(out, "  preload   static state of the whole by conjugate gradients: %d evaluations of all forces, %.1e of the loads left out of balance, bonds at %.3g of their strength\n", (int)r.preload_evaluations, (double)r.preload_left,
+              (double)r.preload_use);
   }
   if (solver[0]) fprintf(out, "  solver    %s\n", solver);
   fprintf(out, "  loads     %d from conditions, %d tools\n", (int)c->n_loads, (int)c->n_tools);

@@ -150,8 +150,8 @@ static PetscErrorCode CheckBody(Scene scene, SceneNode body)
   } else if (SceneNodeChild(SceneNodeChild(body, "dem"), "group"))
     PetscCall(SceneFaultKey(scene, SceneNodeChild(SceneNodeChild(body, "dem"), "group"), "dem.group belongs to method: coupled; for a body of particles alone write group beside geometry"));
   if ((scene->time & ~SCENE_EXPLICIT) && SceneNodeIs(method, "dem")) PetscCall(SceneFaultValue(scene, method, "time.method is %s, and %s needs a fem body; body '%.60s' is dem: write time: {method: explicit}", TimeWord(scene), TimeWord(scene), body->key));
-  if (SceneNodeIs(SceneNodeChild(SceneNodeChild(scene->root, "time"), "preload"), "static") && (SceneNodeIs(method, "dem") || SceneNodeIs(method, "coupled")))
-    PetscCall(SceneFaultValue(scene, method, "time.preload: static needs a fem body; body '%.60s' is %s: let the load grow slowly instead", body->key, method->text));
+  if (SceneNodeIs(SceneNodeChild(SceneNodeChild(scene->root, "time"), "preload"), "static") && SceneNodeIs(method, "dem"))
+    PetscCall(SceneFaultValue(scene, method, "time.preload: static needs a fem or a coupled body; body '%.60s' is %s: let the load grow slowly instead", body->key, method->text));
   if (SceneNodeChild(SceneNodeChild(body, "dem"), "rain")) {
     const SceneNode rain = SceneNodeChild(SceneNodeChild(body, "dem"), "rain");
     static const char *const other[] = {"count", "file", "porosity"};

@@ -37,6 +37,7 @@ typedef struct {
   PetscBool affine; /* the affine correction; PETSC_FALSE only to compare */
   PetscInt  substeps; /* particle steps in one step of the elements outside, default 1; 0 = the most that is stable (implicit: accurate), up to 10 */
   CouplingFar far;  /* default explicit */
+  PetscBool preload; /* begin in static equilibrium with the loads and supports of t = 0; the elements need FemModelSetStartGiven() */
 } CouplingOptions;
 
 PetscErrorCode CouplingModelCreate(MPI_Comm comm, CouplingModel *model);
@@ -55,6 +56,8 @@ typedef struct {
   PetscReal residual_before, residual;      /* worst node's force in a uniform strain / (stress x facet area), before and after the fit.  Eq. (6.8) */
   PetscInt  substeps;                       /* in use */
   PetscBool implicit;                       /* the far field is */
+  PetscReal preload_left, preload_use;      /* of a preload: force left out of balance / loads; largest use of a bond's strength */
+  PetscInt  preload_evaluations;            /* and how often forces were worked out for it */
   PetscReal explicit_limit;                 /* then: the particles' largest step with an explicit one [s] */
   PetscReal least_weight;                   /* smallest fitted share of an element's stiffness */
 } CouplingReport;

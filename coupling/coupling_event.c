@@ -467,6 +467,23 @@ static PetscReal Sum(const PetscReal energy[LEDGER_TERMS])
   return sum;
 }
 
+/* What the run began with. The particles' ledger takes their weight's work as a potential from rest: for those that wake it is no work of now. */
+static PetscErrorCode KeepStart(const CouplingHalves *old, CouplingHalves *h)
+{
+  Stepper dem;
+  Ledger  before = {{0}}, after = {{0}};
+
+  PetscFunctionBegin;
+  PetscCall(DemModelGetStepper(old->dem, &dem));
+  PetscCall(dem.energy(old->dem, &before));
+  PetscCall(DemModelGetStepper(h->dem, &dem));
+  PetscCall(dem.energy(h->dem, &after));
+  h->model->reference    = old->model->reference;
+  h->model->initial      = old->model->initial;
+  h->model->initial_work = old->model->initial_work + after.energy[LEDGER_WORK] - before.energy[LEDGER_WORK];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode HandOver(CouplingSwitch sw, CouplingHalves *old, CouplingHalves *h, PetscInt *woken)
 {
   PetscInt *number, *of, *from, *node;
@@ -488,6 +505,7 @@ static PetscErrorCode HandOver(CouplingSwitch sw, CouplingHalves *old, CouplingH
   PetscCall(Momentum(old, P, L));
   PetscCall(KeepMomentum(h, of, P, L));
   PetscCall(PetscFree4(number, of, from, node));
+  PetscCall(KeepStart(old, h));
   PetscCall(CouplingStart_Internal(h->model, sw->dt / sw->substeps));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -29,7 +29,7 @@ struct _p_CouplingModel {
   FemModel             fem;
   DemModel             dem;
   PetscInt             dim, ns; /* ns: 3 or 6 strain components */
-  PetscReal            thickness, lambda, mu, speed; /* of pressure waves [m/s] */
+  PetscReal            thickness, density, lambda, mu, speed; /* of pressure waves [m/s] */
   PetscBool            ready;
 
   PetscInt  n_top;     /* top cells of the element mesh */
@@ -52,6 +52,8 @@ struct _p_CouplingModel {
 
   PetscInt       substeps;  /* particle steps in one step of the outer elements; the Stepper's step is the latter */
   PetscBool      far;       /* the outer elements go implicitly */
+  PetscReal      reference; /* step the springs belong to whatever the run's is, 0 = the run's [s] */
+  PetscReal      initial, initial_work; /* [J] in a preloaded body beyond the elements' own; work of the particles' weight before the run */
   PetscReal      limit;     /* largest step of the particles [s] */
   PetscReal      dt;        /* particles' step, which P belongs to; 0 = none yet */
   PetscReal      given;     /* particles' step of a run that goes on, whose Stepper's step is a multiple that substeps must divide; 0 = none */
@@ -85,6 +87,8 @@ PetscErrorCode CouplingWatch_Internal(const Stepper *fem, const Stepper *dem, Ru
 PetscErrorCode CouplingRimForces_Internal(CouplingModel model); /* adds the rim's to model->g */
 /* coupling_far.c */
 PetscErrorCode CouplingChooseFar_Internal(CouplingModel model, PetscBool *implicit);
+/* coupling_static.c */
+PetscErrorCode CouplingPreload_Internal(CouplingModel model);
 /* coupling_substep.c */
 PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model);
 PetscErrorCode CouplingStart_Internal(CouplingModel model, PetscReal dt); /* forces of the present state for the particles' step dt */

@@ -275,6 +275,7 @@ PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel
   model->fem       = fem;
   model->dem       = dem;
   model->thickness = model->dim == 3 ? 1 : thickness;
+  model->density   = material->density;
   model->mu        = material->young / (2 * (1 + material->poisson));
   model->lambda    = material->young * material->poisson / ((1 + material->poisson) * (1 - 2 * material->poisson));
   if (kind == FEM_PLANE_STRESS) model->lambda = 2 * model->lambda * model->mu / (model->lambda + 2 * model->mu);
@@ -389,6 +390,7 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
   PetscCall(CouplingChooseSubsteps_Internal(model));
   model->report.substeps = model->substeps;
   model->report.implicit = model->far;
+  if (model->options.preload && !(model->given > 0)) PetscCall(CouplingPreload_Internal(model)); /* a run that goes on has its state */
   model->ready = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -31,7 +31,7 @@ static PetscErrorCode GiveNodes(CouplingModel model)
 PetscErrorCode CouplingStart_Internal(CouplingModel model, PetscReal dt)
 {
   PetscFunctionBegin;
-  model->dt = dt; /* the springs belong to the step: P = c / dt^2 */
+  model->dt = model->reference > 0 ? model->reference : dt; /* the springs belong to the step: P = c / dt^2 */
   PetscCall(CouplingForces_Internal(model));
   PetscCall(DemModelComputeForces(model->dem));
   PetscCall(GiveNodes(model));
@@ -46,7 +46,7 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal macro)
   const PetscReal dt    = macro / m;
 
   PetscFunctionBegin;
-  if (model->dt != dt) PetscCall(CouplingStart_Internal(model, dt));
+  if (model->dt != (model->reference > 0 ? model->reference : dt)) PetscCall(CouplingStart_Internal(model, dt));
   for (PetscInt k = 0; k < m; k++) {
     if (model->far) PetscCall(FemModelFarStep(model->fem, t + k * dt, dt, k));
     else if (m == 1) PetscCall(model->fem_stepper.step(model->fem, t, dt));
@@ -72,6 +72,8 @@ static PetscErrorCode Energy(void *ctx, Ledger *ledger)
   PetscCall(CouplingEnergy_Internal(model, &spring, &strain));
   ledger->energy[LEDGER_COUPLING] += spring;
   ledger->energy[LEDGER_STRAIN] += strain;
+  ledger->initial += model->initial;
+  ledger->energy[LEDGER_WORK] -= model->initial_work;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -104,12 +106,13 @@ static PetscErrorCode Write(void *ctx, Output output)
 
 static PetscErrorCode Save(void *ctx, Checkpoint checkpoint)
 {
-  CouplingModel model = ctx;
+  CouplingModel   model = ctx;
+  const PetscReal step[4] = {model->dt, model->reference, model->initial, model->initial_work};
 
   PetscFunctionBegin;
   PetscCall(model->fem_stepper.save(model->fem, checkpoint));
   PetscCall(model->dem_stepper.save(model->dem, checkpoint));
-  PetscCall(CheckpointWriteReal(checkpoint, "coupling/step", 1, &model->dt));
+  PetscCall(CheckpointWriteReal(checkpoint, "coupling/step", 4, step));
   PetscCall(CheckpointWriteReal(checkpoint, "coupling/node_force", CouplingMesh(model)->n_nodes * model->dim, model->g));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -118,11 +121,16 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
 {
   CouplingModel model = ctx;
   FemState      fs;
+  PetscReal     step[4];
 
   PetscFunctionBegin;
   PetscCall(model->fem_stepper.load(model->fem, checkpoint));
   PetscCall(model->dem_stepper.load(model->dem, checkpoint));
-  PetscCall(CheckpointReadReal(checkpoint, "coupling/step", 1, &model->dt));
+  PetscCall(CheckpointReadReal(checkpoint, "coupling/step", 4, step));
+  model->dt        = step[0];
+  model->reference = step[1];
+  model->initial   = step[2];
+  model->initial_work = step[3];
   PetscCall(CheckpointReadReal(checkpoint, "coupling/node_force", CouplingMesh(model)->n_nodes * model->dim, model->g));
   PetscCall(FemModelGetState(model->fem, &fs));
   PetscCall(PetscArraycpy(fs.f_ext, model->g, fs.n_nodes * model->dim));

@@ -267,7 +267,8 @@ static PetscErrorCode Choose(CouplingModel model)
   BaseCheckInput(asked >= 0, model->comm, "substeps: %" PetscInt_FMT " is no number of particle steps; give 1 or more, or auto", asked);
   PetscCall(FemModelGetLocalDamping(model->fem, &local));
   BaseCheckInput(asked <= 1 || local == 0, model->comm, "substeps: %" PetscInt_FMT " and local_damping %.4g do not go together: elements stepping in impulses are never without net force, which this damping would take for motion; use mass_damping, or 1", asked, (double)local);
-  if (asked == 1 || local > 0) PetscFunctionReturn(PETSC_SUCCESS);
+  BaseCheckInput(asked <= 1 || !model->options.preload, model->comm, "substeps: %" PetscInt_FMT " and a static start do not go together: elements stepping in impulses swing about the state of rest (1e-4 of the load in a bar); use 1, or far_field: implicit", asked);
+  if (asked == 1 || local > 0 || model->options.preload) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(model->n_top, &inner));
   PetscCall(InnerCells(model, inner, &outside));
   if (asked > 1) {

@@ -65,6 +65,13 @@ PetscErrorCode FemModelSetStiffnessDamping(FemModel model, PetscReal beta); /* C
 PetscErrorCode FemModelSetImplicit(FemModel model, PetscReal rho_inf, PetscBool lumped);
 /* Dynamics that begin at rest in static equilibrium with the loads and supports of t = 0. Eq. (2.58) */
 PetscErrorCode FemModelSetPreload(FemModel model, PetscBool preload);
+/* Displacement at t = 0 is the caller's, given after set-up through FemState: FemModelHoldStart() puts supports where they stand then,
+   FemModelStartHere() makes what the state holds the start of the run. Explicit, one rank. */
+PetscErrorCode FemModelSetStartGiven(FemModel model, PetscBool given);
+PetscErrorCode FemModelHoldStart(FemModel model);
+/* r [nodes][dim] = loads + outside - K u of the present displacement [N], zero where motion is prescribed; outside [nodes][dim] may be NULL. */
+PetscErrorCode FemModelGetResidual(FemModel model, const PetscReal *outside, PetscReal *r);
+PetscErrorCode FemModelStartHere(FemModel model);
 /* Elements that turn as far as they like, of small strain in axes that turn with each. Explicit, isotropic. Eqs (2.86)-(2.89) */
 PetscErrorCode FemModelSetRotation(FemModel model, FemRotation rotation);
 /* Nodes of the group (any dimension) against a rigid plane through point, its normal towards the body; friction mu against sliding (explicit only),

@@ -16,6 +16,11 @@
 
 #define FACE_MOST 6000 /* unknowns of the face: 2 x 8 n^2 bytes, 0.6 GB */
 
+void FemFarSame(FemModel model)
+{
+  for (PetscInt k = 0; k < model->n_own * model->dim; k++) model->far.u[k] = model->far.far_mass[k / model->dim] > 0 ? model->u[k] : 0;
+}
+
 /* Forces of the present level: near copy at model->u, far copy at far.u. */
 PetscErrorCode FemFarForces(FemModel model)
 {
@@ -373,13 +378,11 @@ PetscErrorCode FemFarLevel(FemModel model)
   PetscReal     *drag;
 
   PetscFunctionBegin;
-  if (far->k == 0 && !model->started) { /* before the first step: what the near side alone would do */
-    PetscCall(NearLevel(model, 0));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  const PetscReal dt = model->started ? far->dt : 0;
+
   PetscCall(Close(model));
-  if (model->level_known && model->level_dt == far->dt) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(NearLevel(model, far->dt));
+  if (model->level_known && model->level_dt == dt) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(NearLevel(model, dt));
   PetscCall(PetscCalloc1(model->n_own * dim, &drag));
   FemAbsorbTimes(model, far->v, drag);
   for (PetscInt i = 0; i < model->n_fixed_own; i++) { /* reactions of the far copy */
@@ -531,7 +534,7 @@ PetscErrorCode FemModelSetFar(FemModel model, const PetscBool near[], PetscInt m
   PetscCall(PetscCalloc5(far->n_face, &far->lambda, far->n_face, &far->lambda0, far->n_face, &far->right, far->n_face, &far->free[0], far->n_face, &far->free[1]));
   PetscCall(PetscCalloc5(n, &far->u, n, &far->v, n, &far->a, n, &far->g, n, &far->pull));
   PetscCall(PetscCalloc6(n, &far->u1, n, &far->v1, n, &far->a1, n, &far->g1, n, &far->f0, n, &far->f1));
-  for (PetscInt k = 0; k < n; k++) far->u[k] = far->far_mass[k / dim] > 0 ? model->u[k] : 0;
+  FemFarSame(model);
   far->m             = m;
   far->closed        = PETSC_TRUE;
   model->level_known = PETSC_FALSE;

@@ -240,6 +240,7 @@ struct _p_FemModel {
   FemElement  element;
   PetscReal   thickness, alpha, local, gravity[3], velocity0[3];
   PetscReal   stiff_damping; /* [s] */
+  PetscBool   start_given;   /* displacement at t = 0 comes from a caller */
   PetscBool   preload;       /* begin in static equilibrium with the loads of t = 0 */
   PetscInt    threads;
   PetscBool   has_mesh, ready;
@@ -489,6 +490,7 @@ PetscErrorCode FemInnerDestroy(FemModel model);
 PetscErrorCode FemInnerCreate(FemModel model, const PetscBool inner[]);
 void           FemInnerTimes(const FemModel model, const PetscReal *u, PetscReal *f);
 /* fem_far.c */
+void           FemFarSame(FemModel model); /* the far copy goes where model->u is */
 PetscErrorCode FemFarForces(FemModel model);
 PetscErrorCode FemFarTrial(FemModel model, const PetscReal *u, PetscReal *slow, PetscReal *fast, PetscReal *mobility);
 PetscErrorCode FemFarLevel(FemModel model);

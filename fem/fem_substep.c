@@ -112,6 +112,7 @@ PetscErrorCode FemInnerLevel(FemModel model, PetscReal H)
   if (model->level_known && model->level_dt == H) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(model->n_fixes, &place));
   for (PetscInt k = 0; k < model->n_fixes; k++) place[k] = FemFixPosition(&model->fix[k], model->t + H);
+  if (model->absorb.n) FemAbsorbLevel(model, before, 0.5 * H, place); /* all on outer nodes */
   for (PetscInt j = 0; j < in->n; j++)
     for (PetscInt d = 0; d < dim; d++) {
       const PetscInt k = in->node[j] * dim + d;
@@ -123,7 +124,7 @@ PetscErrorCode FemInnerLevel(FemModel model, PetscReal H)
   for (PetscInt k = 0; k < model->n_own * dim; k++) {
     const PetscInt  j = in->place[k / dim], i = j * dim + k % dim;
     const PetscReal m = model->mass[k / dim], v = model->v[k], own = j >= 0 ? part : 1; /* own step / H */
-    const PetscReal fast = j >= 0 ? in->net[i] : 0, slow = j >= 0 ? -in->slow[i] : model->f_app[k] + model->f_ext[k] - model->f_int[k];
+    const PetscReal fast = j >= 0 ? in->net[i] : 0, slow = j >= 0 ? -in->slow[i] : model->f_app[k] + FemOutside(model)[k] - model->f_int[k];
     const PetscReal push = slow + (j >= 0 ? in->correction[i] : 0) + part * fast, force = slow + fast, ahead = v + 0.5 * h * push / m;
     const PetscReal local = model->fixed[k] < 0 ? model->local * PetscAbsReal(force) * (ahead > 0 ? 1 : ahead < 0 ? -1 : 0) : 0; /* eq. (5.3) */
     PetscReal       next = keep * v + gain * h * (push - local) / m, mean, drag, swing, reaction = 0;
@@ -148,6 +149,7 @@ PetscErrorCode FemInnerLevel(FemModel model, PetscReal H)
     model->v_next[k]   = next;
     model->reaction[k] = reaction;
   }
+  if (model->absorb.n) FemAbsorbBook(model, before, 0.5 * H, s);
   for (PetscInt k = 0; k < 4; k++) model->level_sum[k] = s[k];
   PetscCall(PetscFree(place));
   model->level_known = PETSC_TRUE;
@@ -308,6 +310,9 @@ PetscErrorCode FemModelSetInnerCells(FemModel model, const PetscBool inner[], Pe
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(FemInnerCreate(model, inner));
+  for (PetscInt j = 0; j < model->absorb.n; j++)
+    BaseCheckInput(in->place[model->absorb.node[j]] < 0, model->comm, "%s: an absorbing side reaches the elements that step with the particles; keep it four elements away from the overlap, or take one step for both sides (coupling: {substeps: 1})",
+                   model->source);
   in->m = m;
   model->critical = 0;
   if (critical) PetscCall(FemModelGetCriticalStep(model, critical));

@@ -21,7 +21,7 @@ Curve Loop(3) = {3, 4, 5, -10};  Plane Surface(3) = {3};
 Transfinite Curve {4, 8, 9, 10} = 5; Transfinite Curve {1, 3, 5, 7} = 9; Transfinite Curve {2, 6} = 9;
 Transfinite Surface {1, 2, 3}; Recombine Surface {1, 2, 3};
 Physical Surface("arms") = {1, 3}; Physical Surface("middle") = {2};
-Physical Curve("left") = {8}; Physical Curve("right") = {4};
+Physical Curve("left") = {8}; Physical Curve("waist") = {2}; Physical Curve("right") = {4};
 """
 
 SCENE = """\
@@ -114,6 +114,56 @@ def test_far(folder):
     refused(folder, implicit.replace("far_field: implicit", "far_field: implict"), 15, "implicit")
     text = cleave("run", "explicit.yaml", "--set", "coupling.far_field=auto", "--stop-after", "2", "--output", "auto", cwd=folder)
     check("far field explicit; chosen" in text, text)
+
+
+def test_preload(folder):
+    """A static start of the whole: the reaction of the loads at t = 0 in the first row, and nothing moves; gravity on both sides; a resume; what cannot be borne."""
+    scene = SCENE.replace("{end: 40 us}", "{end: 40 us, preload: static}").replace("{x: {ramp: {to: 1 MPa, over: 20 us}}}", "{x: 1 MPa}").replace("conditions:", "conditions:\n  - {gravity: [2000 m/s2, -1000 m/s2]}")
+    write(folder, "held.yaml", scene)
+    text = cleave("run", "held.yaml", "--output", "held", "--threads", "1", cwd=folder)
+    check("static state of the whole" in text, text)
+    rows = history(folder, "held")
+    reaction = rows["reaction(left).x"]
+    expected = -(1e6 * 0.01 * 0.01 + 2500 * 0.06 * 0.01 * 0.01 * 2000)
+    check(abs(reaction[0] / expected - 1) < 1e-4, "reaction", reaction[0], "of", expected)
+    check(abs(reaction / reaction[0] - 1).max() < 1e-6, "the reaction moves by", abs(reaction / reaction[0] - 1).max())
+    check(abs(rows["displacement(right).x"] / rows["displacement(right).x"][0] - 1).max() < 1e-6, "the end moves")
+    check(rows["energy.kinetic"].max() < 1e-9 * rows["energy.strain"][0], "kinetic energy", rows["energy.kinetic"].max())
+    print("preload: reaction %.1e of the loads' off, moves by %.1e in %d steps" % (abs(reaction[0] / expected - 1), abs(reaction / reaction[0] - 1).max(), summary(folder, "held")["run"]["steps"]))
+    let_go = scene.replace("{x: 1 MPa}", "{x: {table: [[0 us, 1 MPa], [10 us, 0 MPa]]}}")
+    write(folder, "go.yaml", let_go)
+    cleave("run", "go.yaml", "--output", "go", "--threads", "1", cwd=folder)
+    cleave("run", "go.yaml", "--output", "parts", "--threads", "1", "--stop-after", "100", cwd=folder)
+    cleave("run", "go.yaml", "--output", "parts", "--threads", "1", "--resume", cwd=folder)
+    one, parts = history(folder, "go"), history(folder, "parts")
+    for name in one:
+        check((one[name] == parts[name]).all(), name, "differs after a resume")
+    check(summary(folder, "go")["energy"]["worst_error"] < 1e-4, summary(folder, "go")["energy"])
+    turning = scene.replace("substeps: 1", "substeps: 1, switch: {when: rankine, at: 0.3}").replace("{x: 1 MPa}", "{x: {table: [[0 us, 2 MPa], [10 us, 2 MPa], [30 us, 4.5 MPa]]}}").replace("-1000 m/s2", "-100 m/s2")
+    turning = turning.replace("poisson: 0.2}", "poisson: 0.2, law: cohesive, tensile_strength: 10 MPa, fracture_energy: 100 J/m2, shear_strength: 40 MPa, fracture_energy_shear: 1000 J/m2, mu_static: 0.5, mu_dynamic: 0.3}")
+    write(folder, "turning.yaml", turning)
+    cleave("run", "turning.yaml", "--output", "turning", "--threads", "1", cwd=folder)
+    events = numpy.genfromtxt(os.path.join(folder, "turning", "switches.csv"), delimiter=",", names=True, dtype=None, encoding=None)
+    energy = summary(folder, "turning")["energy"]
+    booked = abs(events["bookedJ"]).max() / energy["strain_J"]
+    print("preload, then elements that turn: %d events, each books at most %.1e of the strain energy; ledger %.1e" % (len(events), booked, energy["worst_error"]))
+    check(len(events) > 1 and booked < 1e-3 and energy["worst_error"] < 1e-6, energy)
+    refused(folder, scene.replace("substeps: 1", "substeps: 2"), 8, "do not go together")
+    refused(folder, scene.replace("    dem: {group", "    initial_stress: {xx: 1 MPa}\n    dem: {group"), 14, "begin with time: {preload: static}")
+
+
+def test_absorb(folder):
+    """An absorbing side of a coupled body, under sub-steps and with an implicit far field; not on particles."""
+    scene = SCENE.replace("{end: 40 us}", "{end: 60 us}").replace("{group: left, fix: [x, y]}", "{group: left, absorb: true}").replace("{ramp: {to: 1 MPa, over: 20 us}}", "{table: [[0 us, 0 MPa], [5 us, 1 MPa], [10 us, 0 MPa]]}")
+    scene = scene.replace("reaction(left), ", "")
+    for name, words in (("one", "substeps: 1"), ("steps", "substeps: 2"), ("implicit", "substeps: 2, far_field: implicit")):
+        write(folder, name + ".yaml", scene.replace("substeps: 1", words))
+        cleave("run", name + ".yaml", "--output", name, "--threads", "1", cwd=folder)
+        energy = summary(folder, name)["energy"]
+        left = (energy["kinetic_J"] + energy["strain_J"]) / energy["work_J"]
+        print("absorb, %s: %.1e of the work is left, ledger %.1e" % (words, left, energy["worst_error"]))
+        check(left < 0.05 and energy["worst_error"] < 5e-3, energy)
+    refused(folder, scene.replace("{group: left, absorb: true}", "{group: waist, absorb: true}"), 17, "particles' side")
 
 
 def main():

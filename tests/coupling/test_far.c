@@ -315,6 +315,52 @@ static PetscErrorCode TestRefused(void)
 }
 CHECK_TEST(TestRefused)
 
-static const struct CMUnitTest tests[] = {TEST(TestWave), TEST(TestUnconditional), TEST(TestStaticBar), TEST(TestRestart), TEST(TestRefused)};
+/* A pulse through both faces and out of an absorbing side: what stays, beside elements alone; sub-steps and implicit far fields alike.  Eqs (2.60)-(2.62) */
+static PetscErrorCode TestAbsorb(void)
+{
+  const struct {
+    PetscInt    m;
+    CouplingFar far;
+  } run[4] = {{1, COUPLING_FAR_EXPLICIT}, {3, COUPLING_FAR_EXPLICIT}, {1, COUPLING_FAR_IMPLICIT}, {3, COUPLING_FAR_IMPLICIT}};
+  const PetscReal push[3] = {1, 0, 0}, stress = 1e-4, dt = 0.06;
+
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < 4; i++) {
+    Coupled   c;
+    Stepper   stepper;
+    Table     pulse;
+    PetscReal t[41], v[41], limit, worst = 0, left;
+    Ledger    ledger;
+
+    for (PetscInt k = 0; k <= 40; k++) {
+      t[k] = 0.5 * k;
+      v[k] = stress * 0.5 * (1 - PetscCosReal(PETSC_PI * k / 20));
+    }
+    PetscCall(Strip(run[i].m, run[i].far, 30, 12, 15, 6, 0, &c));
+    PetscCall(TableCreate(41, t, v, &pulse));
+    PetscCall(FemModelAddTraction(c.fem, "xmin", push, &pulse));
+    PetscCall(FemModelAddAbsorber(c.fem, "xmax"));
+    PetscCall(CouplingModelSetUp(c.model));
+    PetscCall(CouplingModelGetStepper(c.model, &stepper));
+    PetscCall(stepper.stable_step(c.model, &limit));
+    CheckBelow(run[i].m * dt, limit);
+    for (PetscInt k = 0; k * run[i].m * dt < 60; k++) {
+      PetscCall(stepper.step(c.model, k * run[i].m * dt, run[i].m * dt));
+      PetscCall(stepper.energy(c.model, &ledger));
+      worst = PetscMax(worst, LedgerError(&ledger));
+    }
+    left = (ledger.energy[LEDGER_KINETIC] + ledger.energy[LEDGER_STRAIN]) / ledger.energy[LEDGER_WORK];
+    print_message("           %s, m = %d: %.1e of the work is still there, %.5f absorbed, ledger %.1e\n", run[i].far == COUPLING_FAR_IMPLICIT ? "implicit" : "explicit", (int)run[i].m, (double)left,
+                  (double)(ledger.energy[LEDGER_DAMPING] / ledger.energy[LEDGER_WORK]), (double)worst);
+    CheckBelow(left, 1e-3);
+    CheckBelow(worst, run[i].far == COUPLING_FAR_EXPLICIT && run[i].m > 1 ? 1e-3 : 1e-10); /* impulses: (omega H)^2/6 of the loads' work */
+    PetscCall(TableDestroy(&pulse));
+    PetscCall(CoupledDestroy(&c));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestAbsorb)
+
+static const struct CMUnitTest tests[] = {TEST(TestAbsorb), TEST(TestWave), TEST(TestUnconditional), TEST(TestStaticBar), TEST(TestRestart), TEST(TestRefused)};
 
 CHECK_MAIN(tests)
