@@ -113,6 +113,7 @@ typedef struct {
   PetscInt    n_quantities;
   AppQuantity *quantity;
   PetscInt     n_tools;
+  DemSurface  *tool_surface; /* [n_tools] as read, where models are made more than once; else NULL */
 
   Mesh        mesh; /* fem; on rank 0 */
   DemBody    *joint; /* [n_joints] bodies.*.dem.cohesive_groups; freed once the particles know their group */
@@ -157,6 +158,7 @@ PetscErrorCode AppConditionsRead(AppCase *c); /* loads and history quantities, c
 PetscErrorCode AppConditionsApply(AppCase *c);
 PetscErrorCode AppPrestressApply(AppCase *c, const AppPart *part); /* initial stress, expansion and temperature of a part of finite elements */
 PetscErrorCode AppToolsApply(AppCase *c);
+PetscErrorCode AppToolsDestroy(AppCase *c);
 
 /* The part made of particles; with one body the only one. */
 static inline const AppPart *AppGrains(const AppCase *c)

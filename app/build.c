@@ -448,6 +448,7 @@ PetscErrorCode AppCaseDestroy(AppCase *c)
     c->fem      = NULL;
     c->dem      = NULL;
   }
+  PetscCall(AppToolsDestroy(c));
   if (c->contact) PetscCall(CouplingContactDestroy(&c->contact));
   PetscCall(AppGrainsDestroy(c));
   if (c->coupling) PetscCall(CouplingModelDestroy(&c->coupling));

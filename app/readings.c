@@ -20,7 +20,9 @@ struct _AppReadings {
   PetscInt     n_strains, n_hidden;
   Strain      *strain;
   char       (*hidden)[128]; /* groups whose displacement only strains want */
+  PetscInt    *hidden_in;    /* [n_hidden] c->made_dem of the models that have its columns: elements that turn make models anew */
   PetscInt    *column;       /* [n_history] of the inner stepper, or -1 - strain */
+  PetscInt    *twin;         /* [n_history] the particles' column of the same probe, -1 */
   char       **own_name;     /* [n_strains] */
   const char **name, **unit; /* [n_history] */
 };
@@ -75,7 +77,11 @@ PetscErrorCode AppProbesApply(AppCase *c)
       word[words++] = next;
     }
     PetscCall(PetscSNPrintf(path, sizeof(path), "output.probes.%s.at", name));
-    AppCallAt(c->scene, path, FemModelAddProbe(c->fem, name, at, words, word));
+    if (c->turning) { /* of whichever side has the point at the time */
+      AppCallAt(c->scene, path, FemModelAddProbeAnywhere(c->fem, name, at, words, word));
+      AppCallAt(c->scene, path, DemModelAddProbe(c->dem, name, at, words, word));
+      if (!c->readings) PetscCall(PetscCalloc1(1, &c->readings));
+    } else AppCallAt(c->scene, path, FemModelAddProbe(c->fem, name, at, words, word));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -85,15 +91,20 @@ PetscErrorCode AppProbesApply(AppCase *c)
 /* The model's displacement columns of a group; hidden unless the user asks for them too. */
 static PetscErrorCode NeedDisplacement(AppCase *c, const char *path, const char *group, PetscBool particles)
 {
-  AppReadings r = c->readings;
+  AppReadings r  = c->readings;
+  PetscInt    at = 0;
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < c->n_quantities; k++)
     if (!strcmp(c->quantity[k].quantity, "displacement") && !strcmp(c->quantity[k].group, group)) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < r->n_hidden; k++)
-    if (!strcmp(r->hidden[k], group)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscRealloc(sizeof(*r->hidden) * (r->n_hidden + 1), &r->hidden));
-  PetscCall(PetscStrncpy(r->hidden[r->n_hidden++], group, sizeof(*r->hidden)));
+  while (at < r->n_hidden && strcmp(r->hidden[at], group)) at++;
+  if (at < r->n_hidden && r->hidden_in[at] == c->made_dem) PetscFunctionReturn(PETSC_SUCCESS);
+  if (at == r->n_hidden) {
+    PetscCall(PetscRealloc(sizeof(*r->hidden) * (r->n_hidden + 1), &r->hidden));
+    PetscCall(PetscRealloc(sizeof(*r->hidden_in) * (r->n_hidden + 1), &r->hidden_in));
+    PetscCall(PetscStrncpy(r->hidden[r->n_hidden++], group, sizeof(*r->hidden)));
+  }
+  r->hidden_in[at] = c->made_dem;
   if (particles) AppCallAt(c->scene, path, DemModelAddHistory(c->dem, "displacement", group));
   else AppCallAt(c->scene, path, FemModelAddHistory(c->fem, "displacement", group));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -107,6 +118,20 @@ PetscErrorCode AppReadingsNeed(AppCase *c, const AppQuantity *q)
   PetscFunctionBegin;
   if (!c->readings) PetscCall(PetscCalloc1(1, &c->readings));
   r = c->readings;
+  if (r->column) { /* begun: of models made anew for a new split */
+    PetscBool particles;
+
+    for (PetscInt k = 0; k < 2; k++) {
+      PetscCall(AppSideOf(c, q->path, k ? q->other : q->group, &particles));
+      PetscCall(NeedDisplacement(c, q->path, k ? q->other : q->group, particles));
+    }
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (PetscInt k = 0; k < r->n_strains; k++) /* both sides are made more than once */
+    if (!strcmp(r->strain[k].group[0], q->group) && !strcmp(r->strain[k].group[1], q->other)) {
+      for (PetscInt i = 0; i < 2; i++) PetscCall(NeedDisplacement(c, q->path, r->strain[k].group[i], r->strain[k].particles[i]));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
   PetscCall(PetscRealloc(sizeof(Strain) * (r->n_strains + 1), &r->strain));
   s = &r->strain[r->n_strains++];
   PetscCall(PetscMemzero(s, sizeof(*s)));
@@ -163,6 +188,12 @@ static PetscErrorCode History(void *ctx, PetscInt i, PetscReal *value)
   PetscFunctionBegin;
   if (r->column[i] >= 0) {
     PetscCall(r->inner.history(r->inner.ctx, r->column[i], value));
+    if (r->twin[i] >= 0) {
+      PetscReal other;
+
+      PetscCall(r->inner.history(r->inner.ctx, r->twin[i], &other));
+      if (PetscIsNanReal(*value)) *value = other;
+    }
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   for (PetscInt k = 0; k < 2; k++) {
@@ -237,10 +268,10 @@ PetscErrorCode AppReadingsBegin(AppCase *c)
   PetscFunctionBegin;
   if (!r) PetscFunctionReturn(PETSC_SUCCESS);
   r->inner = c->stepper;
-  PetscCall(PetscMalloc3(r->inner.n_history + r->n_strains, &r->column, r->inner.n_history + r->n_strains, &r->name, r->inner.n_history + r->n_strains, &r->unit));
+  PetscCall(PetscMalloc4(r->inner.n_history + r->n_strains, &r->twin, r->inner.n_history + r->n_strains, &r->column, r->inner.n_history + r->n_strains, &r->name, r->inner.n_history + r->n_strains, &r->unit));
   PetscCall(PetscCalloc1(r->n_strains, &r->own_name));
   for (PetscInt k = 0; k < r->inner.n_history; k++) {
-    PetscBool hide = PETSC_FALSE;
+    PetscBool hide = (PetscBool)(FindColumn(&r->inner, r->inner.history_name[k]) < k); /* the particles' part of a probe */
 
     for (PetscInt h = 0; h < r->n_hidden; h++) {
       char start[256];
@@ -250,6 +281,9 @@ PetscErrorCode AppReadingsBegin(AppCase *c)
     }
     if (hide) continue;
     r->column[n] = k;
+    r->twin[n]   = -1;
+    for (PetscInt j = k + 1; j < r->inner.n_history; j++)
+      if (!strcmp(r->inner.history_name[j], r->inner.history_name[k])) r->twin[n] = j;
     r->name[n]   = r->inner.history_name[k];
     r->unit[n++] = r->inner.history_unit[k];
   }
@@ -260,6 +294,7 @@ PetscErrorCode AppReadingsBegin(AppCase *c)
     PetscCall(PetscSNPrintf(name, sizeof(name), "strain(%s, %s)", r->strain[k].group[0], r->strain[k].group[1]));
     PetscCall(PetscStrallocpy(name, &r->own_name[k]));
     r->column[n] = -1 - k;
+    r->twin[n]   = -1;
     r->name[n]   = r->own_name[k];
     r->unit[n++] = "-";
   }
@@ -289,7 +324,8 @@ PetscErrorCode AppReadingsDestroy(AppCase *c)
   PetscCall(PetscFree(r->own_name));
   PetscCall(PetscFree(r->strain));
   PetscCall(PetscFree(r->hidden));
-  PetscCall(PetscFree3(r->column, r->name, r->unit));
+  PetscCall(PetscFree(r->hidden_in));
+  PetscCall(PetscFree4(r->twin, r->column, r->name, r->unit));
   PetscCall(PetscFree(c->readings));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

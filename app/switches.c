@@ -7,6 +7,7 @@ PetscErrorCode AppSwitchesWrite(AppCase *c, const char *directory, AppEnd *end)
   FILE                *out;
   CouplingSwitchReport r;
   char                 path[PETSC_MAX_PATH_LEN];
+  static const char   *by[] = {"element", "bond", "tool"};
 
   PetscFunctionBegin;
   if (c->rank || !c->turning) PetscFunctionReturn(PETSC_SUCCESS);
@@ -19,14 +20,14 @@ PetscErrorCode AppSwitchesWrite(AppCase *c, const char *directory, AppEnd *end)
   for (PetscInt i = 0; i < r.n_events; i++) {
     const CouplingEvent *e = &r.event[i];
 
-    fprintf(out, "%.9g,%d,%d,%.4g,%s,%d", (double)e->time, (int)e->cells, (int)e->particles, (double)e->highest, e->by_bond ? "bond" : "element", (int)e->above);
+    fprintf(out, "%.9g,%d,%d,%.4g,%s,%d", (double)e->time, (int)e->cells, (int)e->particles, (double)e->highest, by[e->asked], (int)e->above);
     for (int k = 0; k < LEDGER_TERMS; k++) fprintf(out, ",%.9g,%.9g", (double)e->before[k], (double)e->after[k]);
     fprintf(out, ",%.9g,%.3g\n", (double)e->booked, (double)e->seconds);
   }
   PetscCall(FileFinish(&out, path));
   if (r.blocked >= 0 && end->n_warnings < 8)
     PetscCall(PetscSNPrintf(end->warning[end->n_warnings++], sizeof(end->warning[0]),
-                            "element %d of the geometry reached the threshold at %.6g s and may not turn into particles: it is outside coupling.switch.group, too near to a support, load or history group of the elements, or the last that keeps the overlap from the body's end; the crack cannot grow there",
+                            "element %d of the geometry reached the threshold, or a tool came near it, at %.6g s and may not turn into particles: it is outside coupling.switch.group, too near to a support, load or history group of the elements, or the last that keeps the overlap from the body's end; the crack cannot grow there, and the tool meets nothing",
                             (int)r.blocked, (double)r.blocked_time));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -89,7 +89,37 @@ static PetscErrorCode ReadSurface(AppCase *c, const char *at, DemSurface *surfac
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadShape(AppCase *c, const char *at, DemToolOptions *o)
+/* A surface of a file, read once however often the models are made anew. */
+static PetscErrorCode SurfaceAgain(AppCase *c, PetscInt k, const char *at, DemSurface *surface)
+{
+  DemSurface *kept;
+  PetscReal  *corner;
+
+  PetscFunctionBegin;
+  if (!c->turning) {
+    PetscCall(ReadSurface(c, at, surface));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!c->tool_surface) PetscCall(PetscCalloc1(c->n_tools, &c->tool_surface));
+  kept = &c->tool_surface[k];
+  if (!kept->n) PetscCall(ReadSurface(c, at, kept));
+  PetscCall(PetscMalloc1(3 * kept->dim * kept->n, &corner));
+  for (PetscInt i = 0; i < kept->dim * kept->n; i++)
+    for (PetscInt d = 0; d < 3; d++) corner[3 * i + d] = kept->x[3 * kept->corner[i] + d];
+  AppCallAt(c->scene, at, DemSurfaceCreate(at, kept->dim, kept->n, corner, surface));
+  PetscCall(PetscFree(corner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AppToolsDestroy(AppCase *c)
+{
+  PetscFunctionBegin;
+  for (PetscInt k = 0; c->tool_surface && k < c->n_tools; k++) PetscCall(DemSurfaceDestroy(&c->tool_surface[k]));
+  PetscCall(PetscFree(c->tool_surface));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadShape(AppCase *c, PetscInt k, const char *at, DemToolOptions *o)
 {
   PetscBool plane, surface, box, cylinder, disc;
   char      path[256];
@@ -105,7 +135,7 @@ static PetscErrorCode ReadShape(AppCase *c, const char *at, DemToolOptions *o)
     PetscCall(Vector(c, at, "plane.normal", o->axis, NULL));
   } else if (surface) {
     o->shape = DEM_TOOL_SURFACE;
-    PetscCall(ReadSurface(c, at, &o->surface));
+    PetscCall(SurfaceAgain(c, k, at, &o->surface));
   } else if (box) {
     PetscReal low[3] = {0}, high[3] = {0};
 
@@ -202,7 +232,7 @@ PetscErrorCode AppToolsApply(AppCase *c)
 
     PetscCall(SceneGetEntry(c->scene, "tools", k, &name));
     PetscCall(PetscSNPrintf(at, sizeof(at), "tools.%s", name));
-    PetscCall(ReadShape(c, at, &o));
+    PetscCall(ReadShape(c, k, at, &o));
     PetscCall(ReadMotion(c, at, &o));
     PetscCall(AppContactRead(c, at, &o.contact));
     PetscCall(Real(c, at, "damping", &o.damping));

@@ -555,12 +555,11 @@ static PetscErrorCode CheckElements(Scene scene, SceneNode node, const char *wha
 /* What turns must be able to break: without a strength there is nothing to be near to. */
 static PetscErrorCode CheckSwitch(Scene scene, SceneNode turn, SceneNode bodies)
 {
-  const SceneNode probes = SceneNodeChild(SceneNodeChild(scene->root, "output"), "probes"), far = SceneNodeChild(SceneNodeChild(scene->root, "coupling"), "far_field");
+  const SceneNode far = SceneNodeChild(SceneNodeChild(scene->root, "coupling"), "far_field");
 
   PetscFunctionBegin;
   if (!turn) PetscFunctionReturn(PETSC_SUCCESS);
   if (far && !SceneNodeIs(far, "explicit")) PetscCall(SceneFaultValue(scene, far, "far_field: %s does not go with coupling.switch: its matrix would have to be made anew at every event; use explicit", far->text));
-  if (probes) PetscCall(SceneFaultKey(scene, probes, "a probe follows a point of an element, and with coupling.switch the element may go; take probes out"));
   for (SceneNode body = bodies->first; body; body = body->next) {
     const SceneNode name = SceneNodeChild(body, "material"), material = name && name->good ? SceneNodeChild(SceneNodeChild(scene->root, "materials"), name->text) : NULL;
 

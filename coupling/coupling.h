@@ -105,6 +105,8 @@ PetscErrorCode CouplingSwitchGetSides(CouplingSwitch sw, CouplingModel *model, F
 /* Turns cells [n] of the whole mesh at the present instant, whatever their stress; cells that may not turn are left out. dt: the Stepper's step. */
 PetscErrorCode CouplingSwitchConvert(CouplingSwitch sw, PetscInt n, const PetscInt cell[], PetscReal dt);
 
+typedef enum { COUPLING_BY_ELEMENT, COUPLING_BY_BOND, COUPLING_BY_TOOL } CouplingAsker; /* whose stress, or a tool that comes near */
+
 /* One event. Energies [J] just before and just after; booked = before - after, all terms less work. */
 typedef struct {
   PetscReal time;
@@ -112,7 +114,7 @@ typedef struct {
   PetscReal before[LEDGER_TERMS], after[LEDGER_TERMS], booked;
   PetscReal highest;                  /* criterion of the cell that asked */
   PetscInt  above;                    /* bonds above their strength just then that can break from now on */
-  PetscInt  by_bond;                  /* 1: a bond of the overlap asked */
+  PetscInt  asked;                    /* who: a CouplingAsker */
   PetscReal seconds;                  /* of wall clock */
 } CouplingEvent;
 

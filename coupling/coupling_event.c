@@ -173,12 +173,13 @@ static PetscErrorCode MarkPockets(CouplingSwitch sw, PetscBool marked[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t)
+PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t, PetscBool tools)
 {
   const CouplingHalves *h = sw->now;
   const PetscReal       at = sw->options.at, least = PetscMin(sw->strength.tensile > 0 ? sw->strength.tensile : PETSC_MAX_REAL, sw->options.when == COUPLING_MOHR_COULOMB && sw->strength.shear > 0 ? sw->strength.shear / (1 + sw->strength.mu_static) : PETSC_MAX_REAL);
   PetscReal             element = 0, bond = 0;
-  PetscBool            *marked, *asks, any = PETSC_FALSE, by_bond = PETSC_FALSE;
+  PetscBool            *marked, *asks, any = PETSC_FALSE;
+  CouplingAsker         asked = COUPLING_BY_ELEMENT;
   FemState              fs;
 
   PetscFunctionBegin;
@@ -210,9 +211,24 @@ PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t)
     if (!asks[c]) continue;
     if (!sw->may[c]) Blocked(sw, c, t);
     else {
-      by_bond   = (PetscBool)(by_bond || !marked[c]);
+      if (!marked[c]) asked = COUPLING_BY_BOND;
       marked[c] = any = PETSC_TRUE;
     }
+  }
+  if (tools) {
+    PetscBool *close;
+
+    PetscCall(PetscCalloc1(sw->whole->n_cells, &close));
+    PetscCall(CouplingLookAtTools_Internal(sw, close));
+    for (PetscInt c = 0; c < sw->whole->n_cells; c++) {
+      if (!close[c] || marked[c]) continue;
+      if (!sw->may[c]) Blocked(sw, c, t);
+      else {
+        marked[c] = any = PETSC_TRUE;
+        asked           = COUPLING_BY_TOOL;
+      }
+    }
+    PetscCall(PetscFree(close));
   }
   if (any) {
     PetscInt *ring, *reach;
@@ -223,7 +239,7 @@ PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t)
       marked[c] = (PetscBool)(marked[c] || ring[c] >= 0 || (sw->may[c] && !sw->is_dem[c] && sw->use[c] >= (1 - sw->options.hysteresis) * at));
     PetscCall(PetscFree2(ring, reach));
     PetscCall(MarkPockets(sw, marked));
-    PetscCall(CouplingTurn_Internal(sw, marked, t, PetscMax(element, bond), by_bond));
+    PetscCall(CouplingTurn_Internal(sw, marked, t, PetscMax(element, bond), asked));
   }
   PetscCall(PetscFree2(marked, asks));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -536,10 +552,10 @@ static PetscErrorCode Join(CouplingSwitch sw, const PetscBool turned[], PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CouplingTurn_Internal(CouplingSwitch sw, const PetscBool marked[], PetscReal t, PetscReal highest, PetscBool by_bond)
+PetscErrorCode CouplingTurn_Internal(CouplingSwitch sw, const PetscBool marked[], PetscReal t, PetscReal highest, CouplingAsker asked)
 {
   CouplingHalves *old = sw->now, *h;
-  CouplingEvent   event = {.time = t, .highest = highest, .by_bond = by_bond};
+  CouplingEvent   event = {.time = t, .highest = highest, .asked = asked};
   PetscBool      *turned, joined = PETSC_FALSE;
   Ledger          ledger = {{0}};
   PetscLogDouble  begin, end;

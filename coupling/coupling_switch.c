@@ -82,7 +82,7 @@ PetscErrorCode CouplingSwitchSetBody(CouplingSwitch sw, const DemBody *body, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscReal Volume(const Mesh *mesh, PetscInt c)
+PetscReal CouplingVolume_Internal(const Mesh *mesh, PetscInt c)
 {
   const PetscInt  first = mesh->start[c], n = mesh->start[c + 1] - first;
   const FemShape *shape = FemShapeGet(mesh->type[c]);
@@ -133,7 +133,7 @@ static PetscErrorCode Limits(CouplingSwitch sw)
   for (PetscInt c = 0; c < mesh->n_cells; c++) {
     if (MeshCellDim(mesh->type[c]) != mesh->dim) continue;
     if (ring[c] >= 0) sw->may[c] = PETSC_FALSE;
-    if (sw->may[c] || sw->is_dem[c]) sw->smallest = PetscMin(sw->smallest, PetscPowReal(Volume(mesh, c), 1.0 / mesh->dim));
+    if (sw->may[c] || sw->is_dem[c]) sw->smallest = PetscMin(sw->smallest, PetscPowReal(CouplingVolume_Internal(mesh, c), 1.0 / mesh->dim));
   }
   PetscCall(PetscFree2(ring, reach));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -229,6 +229,7 @@ PetscErrorCode CouplingSwitchDestroy(CouplingSwitch *psw)
   PetscCall(PetscFree(sw->w.facet_home));
   if (sw->w.mesh) PetscCall(PetscFree(sw->body.face_name));
   PetscCall(PetscFree(sw->event));
+  PetscCall(PetscFree2(sw->skin, sw->skin_margin));
   for (PetscInt k = 0; k < sw->n_columns; k++) {
     PetscCall(PetscFree(sw->history_name[k]));
     PetscCall(PetscFree(sw->history_unit[k]));

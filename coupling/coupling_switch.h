@@ -4,6 +4,7 @@
 
 #define COUPLING_DOFS 24  /* of a linear element */
 #define COUPLING_WAKE 0.4 /* bonds of the overlap are looked at where the elements pass this fraction of their strength, as DEM_STRESS_WAKE */
+#define COUPLING_TOOL_LOOKS 16 /* looks at the stress between two at the tools: one slower than 1/16 of a wave gains half an element on them */
 
 /* What never changes: the body, its packing, and where it lies in the mesh. All borrowed. */
 typedef struct {
@@ -64,6 +65,8 @@ struct _p_CouplingSwitch {
   PetscReal dt;             /* the Stepper's step, 0 = none yet */
   PetscInt  every;          /* steps between looks */
   PetscReal smallest;       /* cell that may turn [m] */
+  PetscInt  n_skin, *skin;  /* particles of the whole packing at the body's surface, whose cell a tool may come near; made at the first look */
+  PetscReal *skin_margin;   /* [n_skin] their cell's size and radius [m] */
 
   PetscInt       n_events, room, n_turned;
   CouplingEvent *event;
@@ -81,13 +84,17 @@ PetscErrorCode CouplingCarvedDestroy_Internal(CouplingCarved *carved);
 /* coupling_criterion.c */
 PetscReal CouplingUse_Internal(CouplingCriterion when, const DemStrength *strength, PetscInt dim, const PetscReal stress[6]);
 
+/* coupling_tools.c: close[c]: a tool has come so near to cell c, which is not particles alone, that it must be when they touch */
+PetscErrorCode CouplingLookAtTools_Internal(CouplingSwitch sw, PetscBool close[]);
+PetscReal      CouplingVolume_Internal(const Mesh *mesh, PetscInt cell); /* [m3], 2D [m2]; coupling_switch.c */
+
 /* coupling_recover.c: nodal gradients of a field on the elements; G [nodes][dim][dim], G_ij = du_i/dx_j */
 PetscErrorCode CouplingRecover_Internal(const Mesh *mesh, PetscReal thickness, const PetscBool wanted[], const PetscReal *u, PetscReal *G);
 
 /* coupling_event.c */
 PetscErrorCode CouplingBuild_Internal(CouplingSwitch sw, CouplingHalves **halves);
 PetscErrorCode CouplingHalvesDestroy_Internal(CouplingHalves **halves);
-PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t);
+PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t, PetscBool tools); /* tools: at them too */
 /* marked [cells]: may-not ones are left out. highest: criterion of the one that asked */
-PetscErrorCode CouplingTurn_Internal(CouplingSwitch sw, const PetscBool marked[], PetscReal t, PetscReal highest, PetscBool by_bond);
+PetscErrorCode CouplingTurn_Internal(CouplingSwitch sw, const PetscBool marked[], PetscReal t, PetscReal highest, CouplingAsker asked);
 

@@ -18,6 +18,7 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal dt)
 {
   CouplingSwitch sw = ctx;
   CouplingReport report;
+  const PetscInt done = (PetscInt)((t + dt) / dt + 0.5);
   PetscInt       parts, bonds, elements;
 
   PetscFunctionBegin;
@@ -29,7 +30,7 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal dt)
   PetscCall(FemModelGetCounts(sw->now->fem, NULL, &elements, NULL));
   sw->bond_steps += (PetscReal)bonds * sw->substeps;
   sw->element_steps += (PetscReal)elements * parts;
-  if (!sw->options.off && (PetscInt)((t + dt) / dt + 0.5) % sw->every == 0) PetscCall(CouplingLook_Internal(sw, t + dt));
+  if (!sw->options.off && done % sw->every == 0) PetscCall(CouplingLook_Internal(sw, t + dt, (PetscBool)(done / sw->every % COUPLING_TOOL_LOOKS == 0)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -44,7 +45,7 @@ PetscErrorCode CouplingSwitchConvert(CouplingSwitch sw, PetscInt n, const PetscI
   PetscCall(DemModelGetTime(sw->now->dem, &t));
   PetscCall(PetscCalloc1(sw->whole->n_cells, &marked));
   for (PetscInt k = 0; k < n; k++) marked[cell[k]] = PETSC_TRUE;
-  PetscCall(CouplingTurn_Internal(sw, marked, t, 0, PETSC_FALSE));
+  PetscCall(CouplingTurn_Internal(sw, marked, t, 0, COUPLING_BY_ELEMENT));
   PetscCall(PetscFree(marked));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -104,7 +105,7 @@ enum { EVENT_NUMBERS = 7 + 2 * LEDGER_TERMS }; /* the wall time of an event is k
 
 static void Pack(const CouplingEvent *event, PetscReal number[EVENT_NUMBERS])
 {
-  const PetscReal head[7] = {event->time, (PetscReal)event->cells, (PetscReal)event->particles, event->booked, event->highest, (PetscReal)event->above, (PetscReal)event->by_bond};
+  const PetscReal head[7] = {event->time, (PetscReal)event->cells, (PetscReal)event->particles, event->booked, event->highest, (PetscReal)event->above, (PetscReal)event->asked};
 
   for (PetscInt k = 0; k < 7; k++) number[k] = head[k];
   for (PetscInt k = 0; k < LEDGER_TERMS; k++) {
@@ -115,7 +116,7 @@ static void Pack(const CouplingEvent *event, PetscReal number[EVENT_NUMBERS])
 
 static void Unpack(const PetscReal number[EVENT_NUMBERS], CouplingEvent *event)
 {
-  *event = (CouplingEvent){.time = number[0], .cells = (PetscInt)number[1], .particles = (PetscInt)number[2], .booked = number[3], .highest = number[4], .above = (PetscInt)number[5], .by_bond = (PetscInt)number[6]};
+  *event = (CouplingEvent){.time = number[0], .cells = (PetscInt)number[1], .particles = (PetscInt)number[2], .booked = number[3], .highest = number[4], .above = (PetscInt)number[5], .asked = (PetscInt)number[6]};
   for (PetscInt k = 0; k < LEDGER_TERMS; k++) {
     event->before[k] = number[7 + k];
     event->after[k]  = number[7 + LEDGER_TERMS + k];

@@ -183,6 +183,11 @@ PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt);
 /* Goes on where `from` stands, at the same instant, with more particles of one packing. particle [n]: from's number of each of the packing's, -1 = new; facet
    likewise, of the cells. After set-up, before the first step; the caller then gives new particles their state and asks for forces. */
 PetscErrorCode DemModelContinue(DemModel model, DemModel from, const PetscInt particle[], const PetscInt facet[]);
+/* near[k]: some tool's surface is within margin[k] of the point x[k], where it is now. x [n][3] [m]; a look at every triangle, for now and then */
+PetscErrorCode DemModelHasTools(DemModel model, PetscBool *has);
+PetscErrorCode DemModelNearTools(DemModel model, PetscInt n, const PetscReal x[], const PetscReal margin[], PetscBool near[]);
+/* Columns of the particle whose cell holds a point at rest, quantity(name).part, as FemModelAddProbe()'s; nan where no particle does. */
+PetscErrorCode DemModelAddProbe(DemModel model, const char *name, const PetscReal at[3], PetscInt n, const char *const quantity[]);
 PetscErrorCode DemModelGetTime(DemModel model, PetscReal *t); /* of the present state [s] */
 PetscErrorCode DemModelGetFacetUse(DemModel model, PetscInt n, const PetscInt facet[], PetscReal use[]); /* fraction of their strength [n], of the cells' facets */
 

@@ -297,10 +297,11 @@ PetscErrorCode DemContactsSearch_Internal(DemModel model)
     }
   }
   Remember(c, m, p, q, past, roll, met);
-  if (!c->searches && !c->options.push) /* pairs that overlap at the start do so without force */
+  if ((!c->searches || c->fresh) && !c->options.push) /* pairs that overlap at the start do so without force */
     for (PetscInt k = 0; k < c->m; k++) {
       PetscReal d2 = 0, overlap;
 
+      if (c->fresh && !c->fresh[c->p[k]] && !c->fresh[c->q[k]]) continue;
       for (PetscInt d = 0; d < model->dim; d++) d2 += PetscSqr(model->x0[d * n + c->p[k]] + model->u[d * n + c->p[k]] - model->x0[d * n + c->q[k]] - model->u[d * n + c->q[k]] + (c->image ? c->image[3 * k + d] : 0));
       overlap = model->r[c->p[k]] + model->r[c->q[k]] - PetscSqrtReal(d2);
       if (overlap > 0) c->past[DEM_PAST * k + DEM_PAST_OFFSET] = overlap;
@@ -308,6 +309,7 @@ PetscErrorCode DemContactsSearch_Internal(DemModel model)
   for (PetscInt d = 0; d < 3; d++)
     for (PetscInt k = 0; k < n; k++) c->ref[d * n + k] = model->x0[d * n + k] + model->u[d * n + k];
   c->searches++;
+  PetscCall(PetscFree(c->fresh));
   PetscCall(DemContactsBlocks_Internal(model));
   PetscCall(PetscFree4(p, q, past, met));
   PetscCall(PetscFree(roll));

@@ -28,6 +28,7 @@ typedef struct {
   PetscReal     *ref;          /* [3][n] position at the last search [m] */
   unsigned char *gone;         /* [n] has left the box; NULL unless there is one */
   PetscInt       n_gone;
+  unsigned char *fresh;        /* [n] woke since the last search: what it overlaps then it overlaps without force; NULL: none */
   PetscReal      taken;        /* energy that left with them [J] */
 
   PetscInt       m;

@@ -333,7 +333,7 @@ static PetscBool Stale(DemModel model)
   const PetscInt     n = model->n;
   PetscReal          most = 0;
 
-  if (!c->searches) return PETSC_TRUE;
+  if (!c->searches || c->fresh) return PETSC_TRUE;
   if (c->n_who == n) {
 #pragma omp simd reduction(max : most)
     for (PetscInt p = 0; p < n; p++) {

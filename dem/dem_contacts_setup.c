@@ -69,15 +69,12 @@ PetscErrorCode DemModelGetContactCounts(DemModel model, DemContactCounts *counts
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Kind of a particle that shares its mass with elements: 0 whole, k from 2^-k of it up; as stiff in a contact as that, so that the overlap sets no smaller step. */
-enum { SHARE_KINDS = 8 };
-
-static PetscInt ShareKind(DemModel model, PetscInt p)
+PetscInt DemShareKind_Internal(DemModel model, PetscInt p)
 {
   PetscInt  kind = 0;
   PetscReal part = 1;
 
-  while (kind < SHARE_KINDS - 1 && part > model->weight_mass[model->at[p]] * (1 + 1e-12)) {
+  while (kind < DEM_SHARE_KINDS - 1 && part > model->weight_mass[model->at[p]] * (1 + 1e-12)) {
     part *= 0.5;
     kind++;
   }
@@ -88,7 +85,7 @@ static PetscErrorCode PairTable(DemModel model)
 {
   DemContacts    *c = &model->contacts;
   const PetscBool shares = (PetscBool)(model->weight_mass != NULL);
-  const PetscInt  kinds = model->grain_of ? model->n_grain_kinds : shares ? SHARE_KINDS : 1;
+  const PetscInt  kinds = model->grain_of ? model->n_grain_kinds : shares ? DEM_SHARE_KINDS : 1;
 
   PetscFunctionBegin;
   c->n_kinds = kinds;
@@ -115,7 +112,7 @@ static PetscErrorCode PairTable(DemModel model)
     }
   if (kinds > 1) {
     PetscCall(PetscMalloc1(model->n, &c->kind));
-    for (PetscInt p = 0; p < model->n; p++) c->kind[p] = (unsigned char)(model->grain_of ? model->grain_of[model->at[p]] : ShareKind(model, p));
+    for (PetscInt p = 0; p < model->n; p++) c->kind[p] = (unsigned char)(model->grain_of ? model->grain_of[model->at[p]] : DemShareKind_Internal(model, p));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -162,6 +159,7 @@ PetscErrorCode DemContactsDestroy_Internal(DemModel model)
   PetscCall(PetscFree2(c->halo, c->slot));
   PetscCall(PetscFree(c->slot_f));
   PetscCall(PetscFree(c->gone));
+  PetscCall(PetscFree(c->fresh));
   PetscCall(PetscFree(c->p));
   PetscCall(PetscFree(c->q));
   PetscCall(PetscFree(c->ip));

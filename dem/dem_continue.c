@@ -26,6 +26,7 @@ static PetscErrorCode ContinueCracks(DemModel model, DemModel from, const PetscI
     crack->rub[k]     = old->rub[o];
     crack->time[k]    = old->time[o];
     crack->release[k] = old->release[o];
+    if (crack->limit && old->limit) crack->limit[k] = old->limit[o];
     for (PetscInt c = 0; c < 3; c++) {
       crack->e[3 * k + c]    = old->e[3 * o + c];
       crack->slip[3 * k + c] = old->slip[3 * o + c];
@@ -52,15 +53,19 @@ static PetscErrorCode ContinueCracks(DemModel model, DemModel from, const PetscI
 PetscErrorCode DemModelContinue(DemModel model, DemModel from, const PetscInt particle[], const PetscInt facet[])
 {
   const PetscInt n = model->n, m = from->n;
+  PetscInt      *of;
 
   PetscFunctionBegin;
   PetscCheck(model->ready && from->ready && !model->started, model->comm, PETSC_ERR_ORDER, "A model goes on from another after set-up and before its first step");
   PetscCheck(model->dim == from->dim && model->n_faces == from->n_faces, model->comm, PETSC_ERR_ARG_WRONG, "The two models are not of one body");
-  BaseCheckInput(!model->n_tools && !model->contacts.on, model->comm, "Tools and contacts between particles do not go over to a model of more particles yet; leave coupling.switch out");
+  PetscCheck(model->n_tools == from->n_tools && model->contacts.on == from->contacts.on, model->comm, PETSC_ERR_ARG_WRONG, "The two models do not touch the same");
+  PetscCall(PetscMalloc1(m, &of));
+  for (PetscInt o = 0; o < m; o++) of[o] = -1;
   for (PetscInt p = 0; p < n; p++) {
     const PetscInt o = particle[model->at[p]] >= 0 ? from->rank_of[particle[model->at[p]]] : -1;
 
     if (o < 0) continue;
+    of[o] = p;
     for (PetscInt d = 0; d < 3; d++) {
       model->u[d * n + p]    = from->u[d * m + o];
       model->v[d * n + p]    = from->v[d * m + o];
@@ -77,6 +82,9 @@ PetscErrorCode DemModelContinue(DemModel model, DemModel from, const PetscInt pa
   model->contact_lost  = from->contact_lost;
   model->friction_lost = from->friction_lost;
   if (model->crack.damage) PetscCall(ContinueCracks(model, from, particle, facet));
+  if (model->contacts.on) PetscCall(DemContactsContinue_Internal(model, from, of));
+  PetscCall(DemToolsContinue_Internal(model, from, of));
+  PetscCall(PetscFree(of));
   DemFacesSetTime_Internal(model, model->time);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

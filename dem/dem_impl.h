@@ -38,6 +38,8 @@ typedef struct {
   char      quantity[32];
   PetscInt  face, tool; /* one of them >= 0; both -1: a column of dem_gauge.c */
   PetscInt  component;
+  PetscInt  particle; /* of a probe, packing's number; -1: no cell holds the point */
+  PetscReal arm[3];   /* of a probe, from the particle [m] */
   char     *name;
   const char *unit;
 } DemHistory;
@@ -202,11 +204,13 @@ struct _p_DemModel {
   DemFace *face;
   PetscInt  n_tools;
   DemTool **tool;
+  unsigned char *tool_share; /* [n] DemShareKind_Internal(); NULL: all whole */
   void    **tool_scratch, *tool_total; /* [threads] contacts of a block, [blocks] its sums; made when first needed */
 
   PetscInt    n_history;
   DemHistory *history;
   const char **history_name, **history_unit;
+  PetscReal  *probed, probed_time; /* [2][6][n] stress and strain for the probes' row at hand */
   PetscReal   gauge[8];  /* row at hand: stress, strain, modulus, Poisson's ratio */
   PetscReal   quality[3]; /* largest strain energy of a row [J], unbalanced ratio and kinetic / strain energy then */
 
@@ -279,6 +283,7 @@ PetscErrorCode DemBondListDestroy_Internal(DemModel model);
 
 /* dem_gauge.c */
 PetscErrorCode DemColumn_Internal(DemModel model, const DemHistory *column, PetscReal *value);
+PetscErrorCode DemProbe_Internal(DemModel model, const DemHistory *column, PetscReal *value); /* dem_probe.c */
 PetscErrorCode DemUnbalanced_Internal(void *model, PetscReal *ratio); /* dem_stepper.c */
 
 /* dem_force.c: forces, torques, dilations of the present state */
@@ -331,6 +336,12 @@ PetscReal      DemContactsRate_Internal(DemModel model, PetscReal *drag); /* bou
 PetscReal      DemDampedStep_Internal(PetscReal rate, PetscReal drag);
 PetscErrorCode DemContactsSave_Internal(DemModel model, Checkpoint c);
 PetscErrorCode DemContactsLoad_Internal(DemModel model, Checkpoint c);
+/* Kind of a particle that shares its mass with elements: 0 whole, k from 2^-k of it up; as stiff in a contact as that, so that the overlap sets no smaller step. */
+#define DEM_SHARE_KINDS 8
+PetscInt       DemShareKind_Internal(DemModel model, PetscInt p);
+/* dem_continue_touch.c: what touches goes on; of [from->n]: this model's number of each of from's particles */
+PetscErrorCode DemContactsContinue_Internal(DemModel model, DemModel from, const PetscInt of[]);
+PetscErrorCode DemToolsContinue_Internal(DemModel model, DemModel from, const PetscInt of[]);
 
 /* dem_rain.c */
 void           DemRainSleep_Internal(DemModel model); /* at set-up */

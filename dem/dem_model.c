@@ -441,6 +441,7 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
   }
   PetscCall(PetscFree(model->face));
   PetscCall(DemToolsDestroy_Internal(model));
+  PetscCall(PetscFree(model->probed));
   if (model->tool_scratch)
     for (PetscInt t = 0; t < model->threads; t++) PetscCall(PetscFree(model->tool_scratch[t]));
   PetscCall(PetscFree(model->tool_scratch));

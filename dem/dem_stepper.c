@@ -57,7 +57,8 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
   const PetscInt    n = model->n, c = h->component;
 
   PetscFunctionBegin;
-  if (h->tool < 0 && h->face < 0) PetscCall(DemColumn_Internal(model, h, value));
+  if (h->quantity[0] == 'p') PetscCall(DemProbe_Internal(model, h, value));
+  else if (h->tool < 0 && h->face < 0) PetscCall(DemColumn_Internal(model, h, value));
   else if (h->tool >= 0) *value = DemToolHistory_Internal(model, h->tool, h->quantity, c);
   else if (h->quantity[0] == 'r') {
     DemFacesReactions_Internal(model);

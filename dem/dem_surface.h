@@ -63,6 +63,9 @@ PetscInt DemSurfaceTouch(const DemSurface *surface, const PetscReal centre[3], P
 /* The same by trying every cell: the slow twin, for tests. */
 PetscInt DemSurfaceTouchAll(const DemSurface *surface, const PetscReal centre[3], PetscReal radius, DemTouch touch[DEM_TOUCHES]);
 
+/* Of a point from the surface [m], by trying every cell. */
+PetscReal DemSurfaceDistance(const DemSurface *surface, const PetscReal x[3]);
+
 /* A surface that moves and bends: after its x has changed, normals anew; and, once a node has moved by more than the reach has to spare, the grid. */
 void           DemSurfaceNormals(DemSurface *surface);
 PetscErrorCode DemSurfaceRegrid(DemSurface *surface);

@@ -199,6 +199,14 @@ static PetscReal CellDistance(const DemSurface *s, PetscInt c, const PetscReal x
   return best;
 }
 
+PetscReal DemSurfaceDistance(const DemSurface *s, const PetscReal x[3])
+{
+  PetscReal best = PETSC_MAX_REAL;
+
+  for (PetscInt c = 0; c < s->n; c++) best = PetscMin(best, CellDistance(s, c, x));
+  return best;
+}
+
 PetscErrorCode DemSurfaceSetReach(DemSurface *s, PetscReal reach)
 {
   const PetscReal most = PetscMax(4096, 16.0 * (PetscReal)s->n);

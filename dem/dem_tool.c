@@ -71,10 +71,14 @@ PetscInt DemToolFind_Internal(DemModel model, const char *name)
 PetscErrorCode DemToolsSetUp_Internal(DemModel model)
 {
   const DemContactElastic rigid = {0, 0};
-  const PetscInt          kinds = model->grain_of ? model->n_grain_kinds : 1;
+  const PetscInt          kinds = model->grain_of ? model->n_grain_kinds : model->weight_mass ? DEM_SHARE_KINDS : 1;
   PetscReal               largest = 0;
 
   PetscFunctionBegin;
+  if (model->n_tools && !model->grain_of && model->weight_mass) {
+    PetscCall(PetscMalloc1(model->n, &model->tool_share));
+    for (PetscInt p = 0; p < model->n; p++) model->tool_share[p] = (unsigned char)DemShareKind_Internal(model, p);
+  }
   for (PetscInt p = 0; p < model->n; p++) largest = PetscMax(largest, model->r[p]);
   for (PetscInt k = 0; k < model->n_tools; k++) {
     DemTool *tool = model->tool[k];
@@ -82,10 +86,13 @@ PetscErrorCode DemToolsSetUp_Internal(DemModel model)
     BaseCheckInput(model->dim == 3 || tool->o.contact.law == DEM_CONTACT_LINEAR, model->comm, "Tool '%s': discs of a 2D model meet it by the linear law; Hertz's is for spheres", tool->name);
     PetscCall(PetscCalloc1(kinds, &tool->pair));
     for (PetscInt g = 0; g < kinds; g++) {
-      const DemMaterial *m    = model->grain_of ? &model->grain_kind[g] : &model->material;
-      DemContactPair    *pair = &tool->pair[g];
+      const DemMaterial *m      = model->grain_of ? &model->grain_kind[g] : &model->material;
+      const PetscReal    part   = model->grain_of ? 1 : PetscPowReal(0.5, g);
+      DemContactPair    *pair   = &tool->pair[g];
+      DemContactChoice   choice = tool->o.contact;
 
-      PetscCall(DemContactPairSet(pair, &tool->o.contact, (DemContactElastic){m->young, m->poisson}, rigid));
+      choice.stiffness *= part;
+      PetscCall(DemContactPairSet(pair, &choice, (DemContactElastic){part * m->young, m->poisson}, rigid));
       if (tool->o.damping > 0) {
         pair->zeta         = tool->o.damping;
         pair->drag         = 2 * tool->o.damping * (pair->hertz > 0 ? PetscSqrtReal(5.0 / 6) : 1);
@@ -117,6 +124,7 @@ PetscErrorCode DemToolsDestroy_Internal(DemModel model)
     PetscCall(PetscFree(model->tool[k]));
   }
   PetscCall(PetscFree(model->tool));
+  PetscCall(PetscFree(model->tool_share));
   model->n_tools = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,7 +14,7 @@ typedef struct {
 struct DemTool {
   char           name[128];
   DemToolOptions o;
-  DemContactPair *pair;    /* [kinds of grains] */
+  DemContactPair *pair;    /* [kinds of grains, or of shares] */
   PetscBool      turns;    /* rolling or twisting resistance */
   PetscBool      rotates;  /* the pose has more than a shift */
 
@@ -38,7 +38,7 @@ struct DemTool {
 /* With particle p. */
 static inline const DemContactPair *DemToolPair(DemModel model, const DemTool *tool, PetscInt p)
 {
-  return &tool->pair[model->grain_of ? model->grain_of[model->at[p]] : 0];
+  return &tool->pair[model->grain_of ? model->grain_of[model->at[p]] : model->tool_share ? model->tool_share[p] : 0];
 }
 
 /* dem_tool_shape.c */
@@ -51,6 +51,10 @@ PetscErrorCode DemToolPicture_Internal(const DemTool *tool, PetscInt dim, const 
 /* dem_tool_motion.c */
 PetscErrorCode DemToolMotionSet_Internal(DemTool *tool, PetscInt dim, PetscReal thickness);
 void           DemToolPose_Internal(DemTool *tool); /* its matrix from its quaternion */
+
+/* dem_tool_io.c: the state as one row of numbers; `put` writes it, else reads */
+enum { DEM_TOOL_STATE = 52 };
+PetscErrorCode DemToolPack_Internal(DemTool *tool, PetscBool put, PetscReal row[DEM_TOOL_STATE]);
 
 /* dem_tool.c: room for n contacts in block b; what was there is lost */
 PetscErrorCode DemToolReserve_Internal(DemTool *tool, PetscInt b, PetscInt n);

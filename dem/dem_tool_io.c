@@ -108,10 +108,9 @@ PetscErrorCode DemToolsWrite_Internal(DemModel model, Output output)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-enum { STATE = 52, ROW = 17 };
+enum { ROW = 17 };
 
-/* The state as one row of numbers; `put` writes it, else reads. */
-static PetscErrorCode Pack(DemTool *tool, PetscBool put, PetscReal row[STATE])
+PetscErrorCode DemToolPack_Internal(DemTool *tool, PetscBool put, PetscReal row[DEM_TOOL_STATE])
 {
   PetscReal *const part[] = {tool->shift, tool->quaternion, &tool->angle, &tool->along, &tool->along_v, &tool->angle_v, tool->velocity, tool->spin, tool->moved, tool->turned, tool->moved_given, &tool->turned_given,
                              tool->v,     tool->L,          tool->force,  tool->torque, tool->force_old, tool->torque_old, &tool->work};
@@ -123,7 +122,7 @@ static PetscErrorCode Pack(DemTool *tool, PetscBool put, PetscReal row[STATE])
     for (PetscInt i = 0; i < size[k]; i++, at++)
       if (put) row[at] = part[k][i];
       else part[k][i] = row[at];
-  PetscCheck(at <= STATE, PETSC_COMM_SELF, PETSC_ERR_PLIB, "State of a tool has %" PetscInt_FMT " numbers", at);
+  PetscCheck(at <= DEM_TOOL_STATE, PETSC_COMM_SELF, PETSC_ERR_PLIB, "State of a tool has %" PetscInt_FMT " numbers", at);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -133,12 +132,12 @@ PetscErrorCode DemToolsSave_Internal(DemModel model, Checkpoint c)
   for (PetscInt k = 0; k < model->n_tools; k++) {
     DemTool  *tool = model->tool[k];
     PetscInt  n    = Contacts(model, tool), at = 0, *particle;
-    PetscReal row[STATE] = {0}, *data;
+    PetscReal row[DEM_TOOL_STATE] = {0}, *data;
     char      name[64];
 
-    PetscCall(Pack(tool, PETSC_TRUE, row));
+    PetscCall(DemToolPack_Internal(tool, PETSC_TRUE, row));
     PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_state", k));
-    PetscCall(CheckpointWriteReal(c, name, STATE, row));
+    PetscCall(CheckpointWriteReal(c, name, DEM_TOOL_STATE, row));
     PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_contacts", k));
     PetscCall(CheckpointWriteInt(c, name, 1, &n));
     if (!n) continue;
@@ -170,12 +169,12 @@ PetscErrorCode DemToolsLoad_Internal(DemModel model, Checkpoint c)
   for (PetscInt k = 0; k < model->n_tools; k++) {
     DemTool  *tool = model->tool[k];
     PetscInt  n, at = 0, *particle;
-    PetscReal row[STATE], *data;
+    PetscReal row[DEM_TOOL_STATE], *data;
     char      name[64];
 
     PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_state", k));
-    PetscCall(CheckpointReadReal(c, name, STATE, row));
-    PetscCall(Pack(tool, PETSC_FALSE, row));
+    PetscCall(CheckpointReadReal(c, name, DEM_TOOL_STATE, row));
+    PetscCall(DemToolPack_Internal(tool, PETSC_FALSE, row));
     DemToolPose_Internal(tool);
     PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_contacts", k));
     PetscCall(CheckpointReadInt(c, name, 1, &n));

@@ -98,17 +98,54 @@ static PetscInt TouchPlane(const DemToolOptions *o, const PetscReal x[3], PetscR
   return t->distance < radius;
 }
 
-PetscInt DemToolTouch_Internal(const DemTool *tool, PetscInt dim, const PetscReal x[3], PetscReal radius, DemTouch touch[DEM_TOUCHES])
+/* A point of space in the tool's own frame. */
+static void Own(const DemTool *tool, PetscInt dim, const PetscReal x[3], PetscReal y[3])
 {
-  const DemToolOptions *o = &tool->o;
-  PetscReal             y[3] = {x[0] - tool->shift[0], x[1] - tool->shift[1], dim == 3 ? x[2] - tool->shift[2] : 0};
-  PetscInt              n = 0;
-
+  for (PetscInt d = 0; d < 3; d++) y[d] = d < dim ? x[d] - tool->shift[d] : 0;
   if (tool->rotates) {
     const PetscReal w[3] = {y[0] - tool->centre0[0], y[1] - tool->centre0[1], y[2] - tool->centre0[2]};
 
     for (PetscInt d = 0; d < 3; d++) y[d] = tool->centre0[d] + tool->turn[0][d] * w[0] + tool->turn[1][d] * w[1] + tool->turn[2][d] * w[2];
   }
+}
+
+PetscErrorCode DemModelHasTools(DemModel model, PetscBool *has)
+{
+  PetscFunctionBegin;
+  *has = (PetscBool)(model->n_tools > 0);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelNearTools(DemModel model, PetscInt n, const PetscReal x[], const PetscReal margin[], PetscBool near[])
+{
+  PetscFunctionBegin;
+  for (PetscInt i = 0; i < n; i++) {
+    near[i] = PETSC_FALSE;
+    for (PetscInt k = 0; k < model->n_tools && !near[i]; k++) {
+      const DemTool    *tool = model->tool[k];
+      const DemSurface *s    = &tool->o.surface;
+      DemTouch          touch[DEM_TOUCHES];
+      PetscReal         y[3];
+      PetscBool         far = PETSC_FALSE;
+
+      Own(tool, model->dim, &x[3 * i], y);
+      if (tool->o.shape != DEM_TOOL_SURFACE) near[i] = (PetscBool)(DemToolTouch_Internal(tool, model->dim, &x[3 * i], margin[i], touch) > 0);
+      else {
+        for (PetscInt d = 0; d < model->dim; d++) far = (PetscBool)(far || y[d] < s->low[d] - margin[i] || y[d] > s->high[d] + margin[i]);
+        near[i] = (PetscBool)(!far && DemSurfaceDistance(s, y) < margin[i]);
+      }
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscInt DemToolTouch_Internal(const DemTool *tool, PetscInt dim, const PetscReal x[3], PetscReal radius, DemTouch touch[DEM_TOUCHES])
+{
+  const DemToolOptions *o = &tool->o;
+  PetscReal             y[3];
+  PetscInt              n = 0;
+
+  Own(tool, dim, x, y);
   switch (o->shape) {
   case DEM_TOOL_PLANE: n = TouchPlane(o, y, radius, touch); break;
   case DEM_TOOL_CYLINDER: n = TouchCylinder(o, y, radius, touch); break;

@@ -94,6 +94,8 @@ PetscErrorCode FemModelGetGroupMiddle(FemModel model, const char *group, PetscRe
 /* Columns of a point of the body: "displacement", "velocity", "stress", "strain", "von_mises", "principal_stress", named quantity(name).part. After
    FemModelSetMesh(), before set-up; at [dim] [m]. Only the patches around the probes are recovered, and only when a row is written. */
 PetscErrorCode FemModelAddProbe(FemModel model, const char *name, const PetscReal at[3], PetscInt n, const char *const quantity[]);
+/* The same, for a point that need not be in the elements: its columns are nan where it is not. One rank. */
+PetscErrorCode FemModelAddProbeAnywhere(FemModel model, const char *name, const PetscReal at[3], PetscInt n, const char *const quantity[]);
 
 /* For a coupling, before set-up: share of each element's stiffness and mass, > 0, in the mesh's order of top-dimension cells. */
 PetscErrorCode FemModelSetCellWeights(FemModel model, const PetscReal weight[]);

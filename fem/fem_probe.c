@@ -17,6 +17,7 @@ static const char *const axis[] = {"x", "y", "z"}, *const pair[] = {"xx", "yy", 
 typedef struct {
   char      name[128];
   PetscInt  cell; /* local element, -1: another rank's */
+  PetscBool nowhere;
   PetscReal N[FEM_MAX_NODES];
 } Probe;
 
@@ -79,7 +80,7 @@ static PetscErrorCode Nearest(FemModel model, const PetscReal at[3], PetscReal *
 }
 
 /* The element that holds the point: of several, the first of the mesh. */
-static PetscErrorCode Locate(FemModel model, const PetscReal at[3], Probe *probe)
+static PetscErrorCode Locate(FemModel model, const PetscReal at[3], PetscBool anywhere, Probe *probe)
 {
   PetscInt first = PETSC_MAX_INT, all;
 
@@ -107,7 +108,8 @@ static PetscErrorCode Locate(FemModel model, const PetscReal at[3], Probe *probe
     (void)FemPointAt(shape, x, xi, probe->N, dN, here);
   }
   PetscCallMPI(MPI_Allreduce(&first, &all, 1, MPIU_INT, MPI_MIN, model->comm));
-  if (all == PETSC_MAX_INT) {
+  probe->nowhere = (PetscBool)(all == PETSC_MAX_INT);
+  if (all == PETSC_MAX_INT && !anywhere) {
     PetscReal distance, where[3] = {0, 0, 0};
 
     PetscCall(Nearest(model, at, &distance, where));
@@ -158,7 +160,7 @@ static PetscErrorCode AddColumns(FemModel model, const char *name, const char *w
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FemModelAddProbe(FemModel model, const char *name, const PetscReal at[3], PetscInt n, const char *const quantity[])
+static PetscErrorCode AddProbe(FemModel model, const char *name, const PetscReal at[3], PetscBool anywhere, PetscInt n, const char *const quantity[])
 {
   FemProbes p;
 
@@ -169,11 +171,21 @@ PetscErrorCode FemModelAddProbe(FemModel model, const char *name, const PetscRea
   PetscCall(PetscRealloc(sizeof(Probe) * (p->n + 1), &p->probe));
   PetscCall(PetscMemzero(&p->probe[p->n], sizeof(Probe)));
   PetscCall(PetscStrncpy(p->probe[p->n].name, name, sizeof(p->probe[p->n].name)));
-  PetscCall(Locate(model, at, &p->probe[p->n++]));
+  PetscCall(Locate(model, at, anywhere, &p->probe[p->n++]));
   for (PetscInt k = 0; k < n; k++) PetscCall(AddColumns(model, name, quantity[k]));
   PetscCall(PetscRealloc(sizeof(PetscReal) * p->n_columns, &p->value));
   p->asked = p->n_columns;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode FemModelAddProbe(FemModel model, const char *name, const PetscReal at[3], PetscInt n, const char *const quantity[])
+{
+  return AddProbe(model, name, at, PETSC_FALSE, n, quantity);
+}
+
+PetscErrorCode FemModelAddProbeAnywhere(FemModel model, const char *name, const PetscReal at[3], PetscInt n, const char *const quantity[])
+{
+  return AddProbe(model, name, at, PETSC_TRUE, n, quantity);
 }
 
 /* ---- a row ---- */
@@ -250,6 +262,8 @@ static PetscErrorCode MakeRow(FemModel model)
   for (PetscInt j = 0; j < p->n_columns; j++) p->value[j] = p->probe[p->column[j].probe].cell < 0 ? 0 : ColumnValue(model, &p->column[j], v);
   PetscCall(PetscFree(v));
   PetscCall(FemSum(model, p->n_columns, p->value));
+  for (PetscInt j = 0; j < p->n_columns; j++)
+    if (p->probe[p->column[j].probe].nowhere) p->value[j] = NAN;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
