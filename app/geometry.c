@@ -629,7 +629,12 @@ static PetscErrorCode ReadSwitch(AppCase *c, const char *seed, PetscInt width, c
 
   PetscFunctionBegin;
   PetscCall(SceneGetString(c->scene, "coupling.switch.when", &word));
-  options.when = strcmp(word, "mohr-coulomb") ? COUPLING_RANKINE : COUPLING_MOHR_COULOMB;
+  options.when = !strcmp(word, "given") ? COUPLING_GIVEN : strcmp(word, "mohr-coulomb") ? COUPLING_RANKINE : COUPLING_MOHR_COULOMB;
+  if (options.when == COUPLING_GIVEN) {
+    PetscCall(SceneGetReal(c->scene, "coupling.switch.given.mean", &options.given_mean));
+    PetscCall(SceneGetReal(c->scene, "coupling.switch.given.mises", &options.given_mises));
+    PetscCall(SceneGetReal(c->scene, "coupling.switch.given.strength", &options.given_strength));
+  }
   options.off  = strcmp(word, "never") ? PETSC_FALSE : PETSC_TRUE;
   PetscCall(SceneGetReal(c->scene, "coupling.switch.at", &options.at));
   PetscCall(SceneGetReal(c->scene, "coupling.switch.hysteresis", &options.hysteresis));

@@ -560,6 +560,9 @@ static PetscErrorCode CheckSwitch(Scene scene, SceneNode turn, SceneNode bodies)
   PetscFunctionBegin;
   if (!turn) PetscFunctionReturn(PETSC_SUCCESS);
   if (far && !SceneNodeIs(far, "explicit")) PetscCall(SceneFaultValue(scene, far, "far_field: %s does not go with coupling.switch: its matrix would have to be made anew at every event; use explicit", far->text));
+  if (SceneNodeIs(SceneNodeChild(turn, "when"), "given") && !SceneNodeChild(turn, "given"))
+    PetscCall(SceneFaultKey(scene, SceneNodeChild(turn, "when"), "a given criterion needs its numbers, as in given: {mean: 0.5, mises: 1, strength: 5 MPa}"));
+  if (SceneNodeChild(turn, "given") && !SceneNodeIs(SceneNodeChild(turn, "when"), "given")) PetscCall(SceneFaultKey(scene, SceneNodeChild(turn, "given"), "these numbers belong to when: given; add it, or take them out"));
   for (SceneNode body = bodies->first; body; body = body->next) {
     const SceneNode name = SceneNodeChild(body, "material"), material = name && name->good ? SceneNodeChild(SceneNodeChild(scene->root, "materials"), name->text) : NULL;
 

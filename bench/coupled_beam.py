@@ -1,10 +1,10 @@
-"""The notched beam three ways on one packing: python3 bench/coupled_beam.py BUILD OUT [SEEDS [AT ...]]
+"""The notched beam three ways on one packing: python3 bench/coupled_beam.py BUILD OUT [SEEDS [AT ...]] [--faster N] [--seed K ...]
 
 Particles alone (examples/notched_beam/particles.yaml), a fixed overlap, and elements that turn (adaptive.yaml) at each threshold AT
 (0.5 0.6 0.7 0.8), for SEEDS (3) packings of the whole beam, of which the coupled bodies take what lies in their part. Same rate, own
-step of each. Writes OUT/coupled_beam.csv, .md and .png; runs that are already in OUT are not run again.
+step of each. --faster N: the whole history N times as fast, for all bodies alike. --seed K: only these. Writes OUT/coupled_beam.csv, .md and .png; runs that are already in OUT are not run again.
 """
-import csv, json, os, subprocess, sys
+import argparse, csv, json, os, re, subprocess
 
 import matplotlib
 import numpy as np
@@ -24,7 +24,22 @@ def run(build, out, name, scene, settings):
     where = os.path.join(out, name)
     if not os.path.exists(os.path.join(where, "summary.json")):
         sets = [word for s in settings for word in ("--set", s)]
-        cleave(build, "run", os.path.join(SCENES, scene), "--output", where, "--threads", "1", *sets)
+        cleave(build, "run", scene, "--output", where, "--threads", "1", "--no-plots", *sets)
+    return where
+
+
+def squeezed(out, scene, faster):
+    """The scene with every time in it divided by `faster`, and speeds multiplied."""
+    if faster == 1:
+        return os.path.join(SCENES, scene)
+    with open(os.path.join(SCENES, scene)) as text:
+        words = text.read()
+    words = re.sub(r"([\d.]+) (ms|us)\b", lambda m: f"{float(m[1]) / faster:.9g} {m[2]}", words)
+    words = re.sub(r"(-?[\d.]+) mm/s", lambda m: f"{float(m[1]) * faster:.9g} mm/s", words)
+    words = re.sub(r"geometry: (\S+)", lambda m: "geometry: " + os.path.join(SCENES, m[1]), words)
+    where = os.path.join(out, scene)
+    with open(where, "w") as text:
+        text.write(words)
     return where
 
 
@@ -35,7 +50,7 @@ def read(where):
     column = {name: table[:, k] for k, name in enumerate(rows[0])}
     cmod = 1e3 * (column["displacement(right lip).x[m]"] - column["displacement(left lip).x[m]"])
     force = -column["reaction(load).y[N]"]
-    mean = np.convolve(force, np.ones(50) / 50, "valid")  # 1 ms: a swing of the arms
+    mean = np.convolve(force, np.ones(50) / 50, "valid")  # 50 rows, 1 ms: a swing of the arms
     with open(os.path.join(where, "summary.json")) as text:
         summary = json.load(text)
     turning = summary.get("switch") or {}
@@ -47,11 +62,18 @@ def read(where):
 
 
 def main():
-    build, out = sys.argv[1], os.path.abspath(sys.argv[2])
-    seeds = int(sys.argv[3]) if len(sys.argv) > 3 else 3
-    thresholds = sys.argv[4:] or ["0.7", "0.5", "0.6", "0.8"]
+    words = argparse.ArgumentParser()
+    words.add_argument("build")
+    words.add_argument("out")
+    words.add_argument("seeds", nargs="?", type=int, default=3)
+    words.add_argument("at", nargs="*", default=["0.7", "0.5", "0.6", "0.8"])
+    words.add_argument("--faster", type=float, default=1)
+    words.add_argument("--seed", type=int, nargs="*")
+    words = words.parse_args()
+    build, out, thresholds = words.build, os.path.abspath(words.out), words.at
+    os.makedirs(out, exist_ok=True)
     rows, curves = [], {}
-    for seed in range(1, seeds + 1):
+    for seed in words.seed or range(1, words.seeds + 1):
         packed = os.path.join(out, f"packing{seed}")
         if not os.path.exists(os.path.join(packed, "packing.csv")):
             cleave(build, "pack", os.path.join(SCENES, "particles.yaml"), "--output", packed, "--set", f"bodies.beam.dem.packing.seed={seed}")
@@ -59,7 +81,7 @@ def main():
         jobs = [(f"adaptive {at}", "adaptive.yaml", [packing, f"coupling.switch.at={at}"]) for at in thresholds]
         jobs += [("fixed overlap", "adaptive.yaml", [packing, "coupling.switch.when=never", "bodies.beam.dem.group=ligament"]), ("particles", "particles.yaml", [packing])]
         for name, scene, settings in jobs:
-            result = read(run(build, out, f"{name.replace(' ', '_')}_{seed}", scene, settings))
+            result = read(run(build, out, f"{name.replace(' ', '_')}_{seed}", squeezed(out, scene, words.faster), settings))
             curves[name, seed] = result
             rows.append([seed, name, result])
     with open(os.path.join(out, "coupled_beam.csv"), "w") as text:
@@ -74,7 +96,7 @@ def main():
                        f"| {r['particles']} | {r['seconds'].get('stepping', float('nan')):.0f} | {r['above']} | {r['ledger']:.1e} |\n")
     figure, axis = plt.subplots(figsize=(7, 4.5))
     for (name, seed), r in curves.items():
-        if seed == 1:
+        if seed == min(s for _, s in curves):
             axis.plot(r["cmod"], r["force"], label=name, lw=1)
     axis.set(xlabel="opening between the lips [mm]", ylabel="force [N]", title="one packing, three bodies")
     axis.legend()

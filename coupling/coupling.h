@@ -76,7 +76,9 @@ PetscErrorCode CouplingModelDestroy(CouplingModel *model);
 */
 typedef struct _p_CouplingSwitch *CouplingSwitch;
 
-typedef enum { COUPLING_RANKINE, COUPLING_MOHR_COULOMB } CouplingCriterion;
+typedef enum { COUPLING_RANKINE, COUPLING_MOHR_COULOMB, COUPLING_GIVEN } CouplingCriterion;
+/* Fraction of its strength that an element with this stress (Voigt xx yy zz xy yz zx [Pa]) has reached. */
+typedef PetscReal (*CouplingUseFunction)(void *ctx, PetscInt dim, const PetscReal stress[6]);
 
 typedef struct {
   CouplingCriterion when;
@@ -84,6 +86,9 @@ typedef struct {
   PetscReal         hysteresis; /* an event takes along elements above (1 - hysteresis) at, in [0, 1) */
   PetscInt          ahead;      /* and so many rings of elements around those that reached `at` */
   const char       *group;      /* cells that may turn; NULL = all of the body */
+  CouplingUseFunction given;    /* of COUPLING_GIVEN */
+  void               *given_ctx;
+  PetscReal         given_mean, given_mises, given_strength; /* of COUPLING_GIVEN without a function: (mean p + mises q) / strength.  Eq. (8.12) */
   PetscBool         off;        /* never: the elements stay what they are, for comparison */
 } CouplingSwitchOptions;
 
@@ -97,6 +102,8 @@ PetscErrorCode CouplingSwitchGetRegion(CouplingSwitch sw, const Mesh **region); 
 PetscErrorCode CouplingSwitchProtect(CouplingSwitch sw, const char *group);
 /* All borrowed for the object's life. strength: of the shared material, for the criterion. */
 PetscErrorCode CouplingSwitchSetBody(CouplingSwitch sw, const DemBody *body, const DemPacking *packing, const DemCells *cells, const FemMaterial *material, const DemStrength *strength, FemKind kind, PetscReal thickness);
+/* Weak facets, as DemModelSetWeakness(): part [cells->n_facets], copied. An element turns earlier by the weakest facet in it. */
+PetscErrorCode CouplingSwitchSetWeakness(CouplingSwitch sw, const PetscReal part[]);
 PetscErrorCode CouplingSwitchSetUp(CouplingSwitch sw, const CouplingOptions *options, CouplingMakeSides make, void *ctx);
 PetscErrorCode CouplingSwitchGetCriticalStep(CouplingSwitch sw, PetscReal *dt); /* also of everything that may turn */
 PetscErrorCode CouplingSwitchGetStepper(CouplingSwitch sw, Stepper *stepper);

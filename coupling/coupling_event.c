@@ -74,6 +74,7 @@ PetscErrorCode CouplingBuild_Internal(CouplingSwitch sw, CouplingHalves **halves
   PetscCall(CouplingRings_Internal(sw->whole, sw->is_dem, sw->width, sw->ring, sw->reach));
   PetscCall(CouplingCarve_Internal(&sw->w, sw->ring, &h->carved));
   PetscCall(sw->make(sw->ctx, &h->split, &sw->body, &h->carved.packing, &h->carved.cells, &h->fem, &h->dem));
+  PetscCall(CouplingWeaken_Internal(sw, &h->carved, h->dem));
   PetscCall(CouplingModelCreate(sw->comm, &h->model));
   if (sw->dt > 0) {
     options.substeps = sw->substeps;
@@ -106,7 +107,7 @@ static void CellStress(const CouplingSwitch sw, const CouplingHalves *h, const P
       for (PetscInt j = 0; j < dim; j++) G[i][j] += u[mesh->node[first + a] * dim + i] * g[a * dim + j];
   for (PetscInt d = 0; d < dim; d++) trace += G[d][d];
   for (PetscInt d = 0; d < 3; d++) {
-    stress[d]     = d < dim ? sw->lambda * trace + 2 * sw->mu * G[d][d] : 0;
+    stress[d]     = d < dim ? sw->lambda * trace + 2 * sw->mu * G[d][d] : sw->kind == FEM_PLANE_STRAIN ? sw->lambda * trace : 0;
     stress[3 + d] = sw->mu * (G[d][(d + 1) % 3] + G[(d + 1) % 3][d]);
   }
 }
@@ -176,7 +177,7 @@ static PetscErrorCode MarkPockets(CouplingSwitch sw, PetscBool marked[])
 PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t, PetscBool tools)
 {
   const CouplingHalves *h = sw->now;
-  const PetscReal       at = sw->options.at, least = PetscMin(sw->strength.tensile > 0 ? sw->strength.tensile : PETSC_MAX_REAL, sw->options.when == COUPLING_MOHR_COULOMB && sw->strength.shear > 0 ? sw->strength.shear / (1 + sw->strength.mu_static) : PETSC_MAX_REAL);
+  const PetscReal       at = sw->options.at, least = CouplingUseBound_Internal(&sw->options, &sw->strength);
   PetscReal             element = 0, bond = 0;
   PetscBool            *marked, *asks, any = PETSC_FALSE;
   CouplingAsker         asked = COUPLING_BY_ELEMENT;
@@ -188,14 +189,15 @@ PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t, PetscBool t
   PetscCall(FemModelGetState(h->fem, &fs));
   for (PetscInt top = 0; top < h->split.n_cells; top++) {
     const PetscInt c = h->split.cell[top];
+    const PetscReal part = sw->weak_cell ? sw->weak_cell[c] : 1;
     PetscReal      stress[6], norm = 0;
 
     if (!sw->may[c] && h->split.layer[top] == 0) continue;
     CellStress(sw, h, fs.u, top, stress);
     for (PetscInt k = 0; k < 6; k++) norm += (k < 3 ? 1 : 2) * stress[k] * stress[k];
-    sw->use[c] = PetscSqrtReal(norm) / least; /* never below the criterion; far from it this is enough to know */
+    sw->use[c] = least > 0 ? PetscSqrtReal(norm) / (part * least) : 1; /* never below the criterion; far from it this is enough to know */
     if (sw->use[c] < 0.5 * COUPLING_WAKE) continue;
-    sw->use[c] = CouplingUse_Internal(sw->options.when, &sw->strength, sw->whole->dim, stress);
+    sw->use[c] = CouplingUse_Internal(&sw->options, &sw->strength, sw->whole->dim, stress) / part;
     if (sw->use[c] < at) continue;
     if (!sw->may[c]) {
       if (h->split.layer[top] > 0) Blocked(sw, c, t);

@@ -64,6 +64,7 @@ PetscErrorCode CouplingSwitchSetBody(CouplingSwitch sw, const DemBody *body, con
 
   PetscFunctionBegin;
   PetscCheck(!sw->w.mesh, sw->comm, PETSC_ERR_ORDER, "A CouplingSwitch takes one body");
+  BaseCheckInput(sw->options.when != COUPLING_GIVEN || sw->options.given || sw->options.given_strength > 0, sw->comm, "A given criterion needs a function, or its numbers: (mean p + mises q) / strength");
   BaseCheckInput(strength->tensile > 0 || strength->shear > 0, sw->comm, "Elements that turn into particles need a material with a strength (law: cohesive)");
   sw->w         = (CouplingWhole){sw->whole, &sw->body, packing, cells, NULL, NULL};
   sw->material  = *material;
@@ -79,6 +80,37 @@ PetscErrorCode CouplingSwitchSetBody(CouplingSwitch sw, const DemBody *body, con
   PetscCall(PetscArraycpy(sw->body.face_name, body->face_name, body->n_faces));
   if (rim < 0) PetscCall(PetscStrncpy(sw->body.face_name[sw->body.n_faces++], COUPLING_RIM, sizeof(sw->body.face_name[0])));
   PetscCall(CouplingHomes_Internal(sw->whole, packing, cells, &sw->w.home, &sw->w.facet_home));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingSwitchSetWeakness(CouplingSwitch sw, const PetscReal part[])
+{
+  const DemCells *cells = sw->w.cells;
+
+  PetscFunctionBegin;
+  PetscCheck(sw->w.mesh && !sw->ready && !sw->weak, sw->comm, PETSC_ERR_ORDER, "Say how weak facets are once, between CouplingSwitchSetBody() and CouplingSwitchSetUp()");
+  PetscCall(PetscMalloc2(cells->n_facets, &sw->weak, sw->whole->n_cells, &sw->weak_cell));
+  PetscCall(PetscArraycpy(sw->weak, part, cells->n_facets));
+  for (PetscInt c = 0; c < sw->whole->n_cells; c++) sw->weak_cell[c] = 1;
+  for (PetscInt f = 0; f < cells->n_facets; f++) {
+    const PetscInt c[3] = {sw->w.home[cells->p[f]], sw->w.home[cells->q[f]], sw->w.facet_home[f]};
+
+    for (PetscInt k = 0; k < 3; k++)
+      if (c[k] >= 0) sw->weak_cell[c[k]] = PetscMin(sw->weak_cell[c[k]], part[f]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingWeaken_Internal(CouplingSwitch sw, const CouplingCarved *carved, DemModel dem)
+{
+  PetscReal *part;
+
+  PetscFunctionBegin;
+  if (!sw->weak) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(carved->cells.n_facets, &part));
+  for (PetscInt f = 0; f < carved->cells.n_facets; f++) part[f] = sw->weak[carved->facet[f]];
+  PetscCall(DemModelSetWeakness(dem, part));
+  PetscCall(PetscFree(part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -155,6 +187,7 @@ static PetscErrorCode WholeRegion(CouplingSwitch sw)
   PetscCall(CouplingRings_Internal(sw->whole, most, sw->width, ring, reach));
   PetscCall(CouplingCarve_Internal(&sw->w, ring, &carved));
   PetscCall(sw->make(sw->ctx, &sw->now->split, &sw->body, &carved.packing, &carved.cells, &fem, &dem));
+  PetscCall(CouplingWeaken_Internal(sw, &carved, dem));
   PetscCall(DemModelSetRim(dem, COUPLING_RIM));
   PetscCall(DemModelSetUp(dem));
   PetscCall(DemModelGetCriticalStep(dem, &dt));
@@ -230,6 +263,7 @@ PetscErrorCode CouplingSwitchDestroy(CouplingSwitch *psw)
   if (sw->w.mesh) PetscCall(PetscFree(sw->body.face_name));
   PetscCall(PetscFree(sw->event));
   PetscCall(PetscFree2(sw->skin, sw->skin_margin));
+  PetscCall(PetscFree2(sw->weak, sw->weak_cell));
   for (PetscInt k = 0; k < sw->n_columns; k++) {
     PetscCall(PetscFree(sw->history_name[k]));
     PetscCall(PetscFree(sw->history_unit[k]));

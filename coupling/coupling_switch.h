@@ -57,6 +57,7 @@ struct _p_CouplingSwitch {
 
   PetscBool *is_dem, *may, *stays; /* [cells] particles alone now; may become so; held by a condition */
   PetscInt  *ring, *reach;         /* [cells], [nodes] of the present split */
+  PetscReal *weak, *weak_cell;     /* [facets], [cells] part of the strength, NULL = 1 */
   PetscReal *use;                  /* [cells] criterion when last looked at */
   CouplingHalves *now;
 
@@ -82,7 +83,8 @@ PetscErrorCode CouplingCarve_Internal(const CouplingWhole *w, const PetscInt rin
 PetscErrorCode CouplingCarvedDestroy_Internal(CouplingCarved *carved);
 
 /* coupling_criterion.c */
-PetscReal CouplingUse_Internal(CouplingCriterion when, const DemStrength *strength, PetscInt dim, const PetscReal stress[6]);
+PetscReal CouplingUse_Internal(const CouplingSwitchOptions *options, const DemStrength *strength, PetscInt dim, const PetscReal stress[6]);
+PetscReal CouplingUseBound_Internal(const CouplingSwitchOptions *options, const DemStrength *strength); /* [Pa] use <= |stress| / this; 0: not known */
 
 /* coupling_tools.c: close[c]: a tool has come so near to cell c, which is not particles alone, that it must be when they touch */
 PetscErrorCode CouplingLookAtTools_Internal(CouplingSwitch sw, PetscBool close[]);
@@ -92,6 +94,7 @@ PetscReal      CouplingVolume_Internal(const Mesh *mesh, PetscInt cell); /* [m3]
 PetscErrorCode CouplingRecover_Internal(const Mesh *mesh, PetscReal thickness, const PetscBool wanted[], const PetscReal *u, PetscReal *G);
 
 /* coupling_event.c */
+PetscErrorCode CouplingWeaken_Internal(CouplingSwitch sw, const CouplingCarved *carved, DemModel dem); /* coupling_switch.c: weak facets to a model of some */
 PetscErrorCode CouplingBuild_Internal(CouplingSwitch sw, CouplingHalves **halves);
 PetscErrorCode CouplingHalvesDestroy_Internal(CouplingHalves **halves);
 PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t, PetscBool tools); /* tools: at them too */

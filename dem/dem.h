@@ -80,6 +80,8 @@ PetscErrorCode DemModelSetRule(DemModel model, const DemRule *rule); /* before s
 PetscErrorCode DemModelSetGroups(DemModel model, const PetscInt group[]);
 PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPacking *packing, const DemCells *cells); /* copies */
 PetscErrorCode DemModelSetBreakable(DemModel model, const PetscBool breakable[]); /* [facets of the cells]; default: all */
+/* Strengths of each facet as a part of the material's, in (0, 1]; the energy it takes to break stays the material's. [facets of the cells]; default: 1 */
+PetscErrorCode DemModelSetWeakness(DemModel model, const PetscReal part[]);
 /* The facets that may break lie in one plane, a crack whose place is known: they open along their normals, not along the principal direction. */
 PetscErrorCode DemModelSetCrackPlane(DemModel model, PetscBool plane); /* default false */
 /* For a coupling, before set-up: weight of each particle's mass and of its volumetric energy [packing's order], of each facet's pair energy. */

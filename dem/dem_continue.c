@@ -128,13 +128,13 @@ static void Traction(DemModel model, PetscInt k, PetscReal t[3], PetscReal a[3],
 /*
   DemModelGetFacetUse - how near its strength a facet is that cannot break: the rule that would break it, eqs (4.20), (4.25)
 
-  1 = at its strength. The opening direction is that of both ends' mean stress, from whole facets less what is broken of them,
+  1 = at its strength, but no more than twice the mean stress: under pressure a traction that is off by a per cent of it, as in an
+  overlap, is not a crack. The opening direction is that of both ends' mean stress, from whole facets less what is broken of them,
   without the weights of an overlap. Dilations are those of the last force evaluation.
 */
 PetscErrorCode DemModelGetFacetUse(DemModel model, PetscInt n, const PetscInt facet[], PetscReal use[])
 {
   const DemBonds    *bonds = &model->bonds;
-  const DemStrength *strength = &model->strength;
   PetscInt          *bond;
   PetscReal         *sum;
   PetscBool         *wanted;
@@ -166,17 +166,19 @@ PetscErrorCode DemModelGetFacetUse(DemModel model, PetscInt n, const PetscInt fa
   for (PetscInt i = 0; i < n; i++) {
     const PetscInt k = bond[facet[i]], p = bonds->p[k], q = bonds->q[k];
     PetscReal      t[3], a[3], b[3], normal[3], s[6], e[3], along = 0, pull = 0, tn = 0, ts = 0;
+    const DemStrength own = DemStrengthOf_Internal(model, k), *strength = &own;
 
     Traction(model, k, t, a, b, normal);
     for (PetscInt c = 0; c < 6; c++) s[c] = sum[6 * p + c] + sum[6 * q + c];
-    (void)DemMajorDirection_Internal(model->dim, s, e);
+    const PetscReal major = DemMajorDirection_Internal(model->dim, s, e) / (model->volume[p] + model->volume[q]);
+
     for (PetscInt c = 0; c < 3; c++) {
       along += normal[c] * e[c];
       pull += t[c] * e[c];
       tn += t[c] * normal[c];
     }
     for (PetscInt c = 0; c < 3; c++) ts += PetscSqr(t[c] - tn * normal[c]);
-    use[i] = strength->tensile > 0 && PetscAbsReal(along) >= DEM_SMALLEST_COSINE ? PetscMax(0, pull / along / strength->tensile) : 0;
+    use[i] = strength->tensile > 0 && PetscAbsReal(along) >= DEM_SMALLEST_COSINE ? PetscMax(0, PetscMin(pull / along, 2 * major) / strength->tensile) : 0;
     if (strength->shear > 0) use[i] = PetscMax(use[i], (PetscSqrtReal(ts) + strength->mu_static * tn) / strength->shear);
   }
   PetscCall(PetscFree2(sum, wanted));

@@ -116,16 +116,33 @@ static PetscReal Closed(const Bond *bond, PetscReal tangent[3])
   return normal;
 }
 
+/* The material's strengths, less where the facet is weak. */
+DemStrength DemStrengthOf_Internal(DemModel model, PetscInt k)
+{
+  DemStrength own = model->strength;
+
+  if (model->weak && model->bonds.facet[k] >= 0) {
+    own.tensile *= model->weak[model->bonds.facet[k]];
+    own.shear *= model->weak[model->bonds.facet[k]];
+  }
+  return own;
+}
+
 /* Advance D of bond k under its total traction t~; at: record of p, ep, eq: dilations of the ends.  Eqs (4.20)-(4.27) */
 static void Damage(DemModel model, PetscInt k, const PetscReal *at, const Bond *bond, PetscReal ep, PetscReal eq)
 {
   const DemStrength *strength = &model->strength;
+  DemStrength        weaker;
   DemCrackState     *crack = &model->crack;
   const PetscReal    G = model->g_shear, lambda = model->lambda, d = bond->d, A = model->bonds.k[k] * d, old = crack->damage[k];
   PetscReal          t[3], D = old, tangent[3], axis[3] = {bond->n[0], bond->n[1], bond->n[2]};
   PetscBool          opens = PETSC_FALSE;
   unsigned char      mode = 0;
 
+  if (model->weak) {
+    weaker   = DemStrengthOf_Internal(model, k);
+    strength = &weaker;
+  }
   for (PetscInt c = 0; c < 3; c++) t[c] = (2 * G * bond->gap[c] + lambda * (ep * bond->a[c] - eq * bond->b[c])) / d;
   if (strength->tensile > 0 && (crack->state[k] & DEM_BOND_WATCHED)) {
     PetscReal e[3], c;
@@ -365,9 +382,11 @@ PetscReal DemMajorDirection_Internal(PetscInt dim, const PetscReal s[6], PetscRe
   return A[big][big];
 }
 
-static PetscReal LeastStrength(const DemStrength *s)
+static PetscReal LeastStrength(DemModel model)
 {
-  return PetscMin(s->tensile > 0 ? s->tensile : PETSC_MAX_REAL, s->shear > 0 ? s->shear : PETSC_MAX_REAL);
+  const DemStrength *s = &model->strength;
+
+  return (model->weak ? model->weakest : 1) * PetscMin(s->tensile > 0 ? s->tensile : PETSC_MAX_REAL, s->shear > 0 ? s->shear : PETSC_MAX_REAL);
 }
 
 /* Stress x volume of block b's own particles and halo slots, from the bonds as they stand. A bond that carries much by itself is
@@ -377,7 +396,7 @@ static void BlockStress(DemModel model, PetscInt b, PetscReal *sum)
   const DemBlocks *blocks = &model->blocks;
   const DemBonds  *bonds = &model->bonds;
   const PetscInt   n = model->n, first = blocks->first[b], own = blocks->first[b + 1] - first, all = own + blocks->halo_start[b + 1] - blocks->halo_start[b];
-  const PetscReal  wake = DEM_STRESS_WAKE * LeastStrength(&model->strength);
+  const PetscReal  wake = DEM_STRESS_WAKE * LeastStrength(model);
 
   for (PetscInt i = 0; i < 6 * all; i++) sum[i] = 0;
   for (PetscInt k = blocks->bond[b]; k < blocks->bond[b + 1]; k++) {
@@ -462,7 +481,7 @@ static void BlockLook(DemModel model, PetscInt b)
     norm            = PetscSqrtReal(norm);
     if (!(crack->state[k] & DEM_BOND_WATCHED)) crack->release[k] = 0;
     crack->state[k] = 0;
-    if (!loaded && norm < DEM_STRESS_WAKE * LeastStrength(&model->strength)) continue;
+    if (!loaded && norm < DEM_STRESS_WAKE * LeastStrength(model)) continue;
     crack->state[k] = DEM_BOND_WATCHED;
     live[n_live++]  = k;
     for (PetscInt c = 0; c < 3; c++) r[c] = c < model->dim ? model->x0[c * n + q] - model->x0[c * n + p] : 0;
@@ -617,16 +636,17 @@ PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks)
     crack->list[1][n] = D;
     crack->list[2][n] = D;
     if (!model->net && (crack->state[k] & DEM_BOND_TENSION) && D < 1) { /* s from D by the series: t(w) = (1-D) s, t(w) + k w = s */
-      const PetscReal kk = 2 * model->g_shear / (PetscAbsReal(along) * d);
-      PetscReal       low = model->strength.tensile, high = 1e6 * model->strength.tensile;
+      const DemStrength own = DemStrengthOf_Internal(model, k);
+      const PetscReal   kk = 2 * model->g_shear / (PetscAbsReal(along) * d);
+      PetscReal         low = own.tensile, high = 1e6 * own.tensile;
 
       for (int it = 0; it < 200; it++) {
-        const PetscReal s = 0.5 * (low + high), t = DemSofteningStress(&model->strength, DemSofteningOpening(&model->strength, kk, s));
+        const PetscReal s = 0.5 * (low + high), t = DemSofteningStress(&own, DemSofteningOpening(&own, kk, s));
 
         if (1 - t / s < D) low = s;
         else high = s;
       }
-      crack->list[2][n] = 1 - (1 - D) * low / model->strength.tensile;
+      crack->list[2][n] = 1 - (1 - D) * low / own.tensile;
     }
     crack->list[3][n] = normal;
     crack->list[4][n] = PetscSqrtReal(slide);

@@ -152,6 +152,7 @@ struct _p_DemModel {
   PetscBool   cohesive;
   DemStrength strength;
   PetscBool  *breakable; /* [facets], NULL = all */
+  PetscReal  *weak, weakest; /* [facets] part of the strengths, NULL = 1; the least of them */
   PetscBool   crack_plane; /* facets open along their own normals */
   PetscReal  *weight_mass, *weight_volume, *weight_facet; /* as given, packing's and cells' order; NULL = 1 */
   DemCrackState crack;   /* empty unless cohesive */
@@ -295,6 +296,7 @@ PetscErrorCode DemKineticEnergy_Internal(DemModel model, PetscReal *kinetic, Pet
 /* dem_crack.c: what the live bonds of a block add to the rule of all its bonds */
 PetscErrorCode DemSetUpCracks_Internal(DemModel model);
 PetscErrorCode DemCracksDestroy_Internal(DemModel model);
+DemStrength    DemStrengthOf_Internal(DemModel model, PetscInt bond);
 /* Major principal value and unit direction of a symmetric tensor, Voigt xx yy zz xy yz zx; 2D uses the plane alone. */
 PetscReal      DemMajorDirection_Internal(PetscInt dim, const PetscReal s[6], PetscReal e[3]);
 PetscErrorCode DemCracksLook_Internal(DemModel model); /* stresses, opening directions, which blocks are awake */

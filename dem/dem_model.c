@@ -92,6 +92,21 @@ PetscErrorCode DemModelSetCrackPlane(DemModel model, PetscBool plane)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode DemModelSetWeakness(DemModel model, const PetscReal part[])
+{
+  PetscFunctionBegin;
+  PetscCheck(!model->ready && model->cells.n, model->comm, PETSC_ERR_ORDER, "Say how weak facets are between DemModelSetBody() and DemModelSetUp()");
+  PetscCall(PetscFree(model->weak));
+  PetscCall(PetscMalloc1(model->cells.n_facets, &model->weak));
+  model->weakest = 1;
+  for (PetscInt f = 0; f < model->cells.n_facets; f++) {
+    PetscCheck(part[f] > 0 && part[f] <= 1, model->comm, PETSC_ERR_ARG_OUTOFRANGE, "Facet %" PetscInt_FMT " has %.6g of the strength; it must lie in (0, 1]", f, (double)part[f]);
+    model->weak[f] = part[f];
+    model->weakest = PetscMin(model->weakest, part[f]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemModelSetBreakable(DemModel model, const PetscBool breakable[])
 {
   PetscFunctionBegin;
@@ -432,6 +447,7 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
   PetscCall(DemBondListDestroy_Internal(model));
   PetscCall(PetscFree(model->group));
   PetscCall(PetscFree(model->breakable));
+  PetscCall(PetscFree(model->weak));
   PetscCall(PetscFree(model->surface));
   PetscCall(PetscFree(model->block_sum));
   for (PetscInt k = 0; k < model->n_faces; k++) {

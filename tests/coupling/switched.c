@@ -74,8 +74,15 @@ static PetscErrorCode Make(void *ctx, const CouplingSplit *split, const DemBody 
 
 PetscErrorCode SwitchedCreate(Switched *s)
 {
+  PetscFunctionBegin;
+  PetscCall(SwitchedPrepare(s));
+  PetscCall(SwitchedBegin(s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SwitchedPrepare(Switched *s)
+{
   const PetscReal       zero[3] = {0, 0, 0}, d = s->h / s->ratio, from[3] = {s->start[0][0], s->start[1][0], s->start[2][0]};
-  const CouplingOptions options = {.floor = 0.05, .affine = PETSC_TRUE, .substeps = s->substeps};
   const Mesh           *region;
   PetscInt              n[3] = {1, 1, 1}, m[3] = {1, 1, 1};
   PetscReal             low[3] = {0}, high[3] = {0}, to[3];
@@ -117,6 +124,14 @@ PetscErrorCode SwitchedCreate(Switched *s)
   PetscCall(DemCellsCreate(&s->body, &s->packing, &s->cells));
   if (s->spoil) PetscCall(s->spoil(s));
   PetscCall(CouplingSwitchSetBody(s->sw, &s->body, &s->packing, &s->cells, &s->material, &s->strength, s->dim == 3 ? FEM_SOLID : FEM_PLANE_STRAIN, 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode SwitchedBegin(Switched *s)
+{
+  const CouplingOptions options = {.floor = 0.05, .affine = PETSC_TRUE, .substeps = s->substeps};
+
+  PetscFunctionBegin;
   PetscCall(CouplingSwitchSetUp(s->sw, &options, Make, s));
   PetscCall(CouplingSwitchGetStepper(s->sw, &s->stepper));
   PetscCall(s->stepper.stable_step(s->sw, &s->dt));

@@ -30,6 +30,8 @@ struct Switched {
 
 Switched       SwitchedDefault(PetscInt dim, PetscReal x, PetscReal y, PetscReal z);
 PetscErrorCode SwitchedCreate(Switched *s); /* 0.9 of the stable step */
+PetscErrorCode SwitchedPrepare(Switched *s); /* the same in two parts: all but the first split, */
+PetscErrorCode SwitchedBegin(Switched *s);   /* and that */
 PetscErrorCode SwitchedSteps(Switched *s, PetscInt *k, PetscInt n); /* from step k, which it moves on */
 /* Turns the cells whose centroid lies in the box. */
 PetscErrorCode SwitchedConvert(Switched *s, const PetscReal low[3], const PetscReal high[3]);
