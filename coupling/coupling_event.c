@@ -1,8 +1,8 @@
 /*
   coupling_event.c - one event: who turns, both sides for the new split, the state handed over, what it cost.  Eqs (8.1)-(8.9)
 
-  An event falls between two steps, when both sides stand at the same instant with their forces known. Particles that were
-  awake and nodes that stay keep every bit of their state; waking particles take theirs from the elements' field.
+  An event falls between two steps, when both sides stand at the same instant with their forces known. Nodes that stay, and
+  particles whose share stays, keep every bit of their state; waking particles take theirs from the elements' field.
 */
 #include "coupling_switch.h"
 #include <petsctime.h>
@@ -404,8 +404,31 @@ static PetscBool Solve3(PetscInt dim, PetscReal J[3][3], const PetscReal l[3], P
   return PETSC_TRUE;
 }
 
-/* The waking particles take a common motion, the smallest that leaves the whole body's momentum and angular momentum as they were.  Eq. (8.8) */
-static PetscErrorCode KeepMomentum(CouplingHalves *h, const PetscInt of[], const PetscReal P0[3], const PetscReal L0[3])
+/* Particles that wake, and those whose share of the mass changes: it is there that momentum comes and goes. [particles, in the model's order] */
+static PetscErrorCode FindChanged(const CouplingHalves *old, const CouplingHalves *h, const PetscInt of[], PetscBool changed[])
+{
+  PetscReal *mass;
+  DemState   ds;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(old->carved.packing.n, &mass));
+  PetscCall(DemModelGetState(old->dem, &ds));
+  for (PetscInt k = 0; k < ds.n; k++) mass[ds.number[k]] = ds.mass[k];
+  PetscCall(DemModelRestoreState(old->dem, &ds));
+  PetscCall(DemModelGetState(h->dem, &ds));
+  for (PetscInt k = 0; k < ds.n; k++) {
+    const PetscInt o = of[ds.number[k]];
+
+    changed[k] = (PetscBool)(o < 0 || PetscAbsReal(ds.mass[k] - mass[o]) > 1e-9 * mass[o]);
+  }
+  PetscCall(DemModelRestoreState(h->dem, &ds));
+  PetscCall(PetscFree(mass));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Those take a common motion, the smallest that leaves the whole body's momentum and angular momentum as they were. Were it the waking ones'
+   alone, a few that wake while many change their share would fly.  Eq. (8.8) */
+static PetscErrorCode KeepMomentum(CouplingHalves *h, const PetscBool changed[], const PetscReal P0[3], const PetscReal L0[3])
 {
   PetscReal P[3], L[3], mass = 0, centre[3] = {0}, J[3][3] = {{0}}, V[3], w[3], l[3];
   DemState  ds;
@@ -414,7 +437,7 @@ static PetscErrorCode KeepMomentum(CouplingHalves *h, const PetscInt of[], const
   PetscCall(Momentum(h, P, L));
   PetscCall(DemModelGetState(h->dem, &ds));
   for (PetscInt k = 0; k < ds.n; k++) {
-    if (of[ds.number[k]] >= 0) continue;
+    if (!changed[k]) continue;
     mass += ds.mass[k];
     for (PetscInt d = 0; d < ds.dim; d++) centre[d] += ds.mass[k] * ds.x0[d * ds.n + k];
   }
@@ -426,7 +449,7 @@ static PetscErrorCode KeepMomentum(CouplingHalves *h, const PetscInt of[], const
     for (PetscInt k = 0; k < ds.n; k++) {
       PetscReal r[3] = {0}, r2 = 0;
 
-      if (of[ds.number[k]] >= 0) continue;
+      if (!changed[k]) continue;
       for (PetscInt d = 0; d < ds.dim; d++) {
         r[d] = ds.x0[d * ds.n + k] - centre[d];
         r2 += r[d] * r[d];
@@ -439,7 +462,7 @@ static PetscErrorCode KeepMomentum(CouplingHalves *h, const PetscInt of[], const
     for (PetscInt k = 0; k < ds.n; k++) {
       PetscReal r[3] = {0};
 
-      if (of[ds.number[k]] >= 0) continue;
+      if (!changed[k]) continue;
       for (PetscInt d = 0; d < ds.dim; d++) r[d] = ds.x0[d * ds.n + k] - centre[d];
       for (PetscInt d = 0; d < ds.dim; d++) ds.v[d * ds.n + k] += V[d] + w[(d + 1) % 3] * r[(d + 2) % 3] - w[(d + 2) % 3] * r[(d + 1) % 3];
       if (ds.dim == 2) ds.spin[k] += w[2];
@@ -504,8 +527,9 @@ static PetscErrorCode KeepStart(const CouplingHalves *old, CouplingHalves *h)
 
 static PetscErrorCode HandOver(CouplingSwitch sw, CouplingHalves *old, CouplingHalves *h, PetscInt *woken)
 {
-  PetscInt *number, *of, *from, *node;
-  PetscReal P[3], L[3];
+  PetscInt  *number, *of, *from, *node;
+  PetscBool *changed;
+  PetscReal  P[3], L[3];
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc4(PetscMax(sw->w.packing->n, PetscMax(sw->w.cells->n_facets, sw->whole->n_nodes)), &number, h->carved.packing.n, &of, h->carved.cells.n_facets, &from, h->split.fem.n_nodes, &node));
@@ -521,7 +545,10 @@ static PetscErrorCode HandOver(CouplingSwitch sw, CouplingHalves *old, CouplingH
   PetscCall(DemModelContinue(h->dem, old->dem, of, from));
   PetscCall(WakeParticles(sw, old, h, of, woken));
   PetscCall(Momentum(old, P, L));
-  PetscCall(KeepMomentum(h, of, P, L));
+  PetscCall(PetscMalloc1(h->carved.packing.n, &changed));
+  PetscCall(FindChanged(old, h, of, changed));
+  for (int pass = 0; pass < 2; pass++) PetscCall(KeepMomentum(h, changed, P, L)); /* the second takes what the first rounded */
+  PetscCall(PetscFree(changed));
   PetscCall(PetscFree4(number, of, from, node));
   PetscCall(KeepStart(old, h));
   PetscCall(CouplingStart_Internal(h->model, sw->dt / sw->substeps));
