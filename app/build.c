@@ -242,6 +242,7 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
     PetscCall(AppClockBegin(&c->clock, "cells"));
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
     AppCallAt(c->scene, path, DemCellsCreate(&c->body, &c->packing, &c->cells));
+    if (!part->cohesive) PetscCall(DemCellsDropCorners(&c->cells));
     c->made_cells++;
     PetscCall(AppClockEnd(&c->clock));
   }
@@ -257,9 +258,8 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   PetscCall(DemModelSetLocalDamping(c->dem, part->local_damping));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
   PetscCall(DemModelSetBonded(c->dem, bonded));
-  AppCallAt(c->scene, path, DemModelSetBody(c->dem, &c->body, &c->packing, bonded ? &c->cells : NULL));
+  AppCallAt(c->scene, path, DemModelTakeBody(c->dem, &c->body, &c->packing, bonded ? &c->cells : NULL));
   PetscCall(SetJoints(c, part->name));
-  PetscCall(DemCellsDestroy(&c->cells));
   PetscCall(DemPackingDestroy(&c->packing));
   PetscCall(Rain(c, &rain, &count));
   if (rain > 0) {

@@ -12,7 +12,8 @@
 #define SECONDS_UNKNOWN   1.2e-4  /* [s] of a static solution in 3D; a fifth of it in 2D */
 #define SECONDS_LEVELS    2.0e-5  /* [s] of one by two levels */
 #define BYTES_START       85e6    /* the program with its libraries */
-#define BYTES_PARTICLE    4400.
+#define BYTES_PARTICLE    2200. /* bonded */
+#define BYTES_BREAKS      1100. /* more where bonds can break */
 #define BYTES_NODE        2500.
 #define BYTES_FACTOR_NODE 19000. /* a factor in 3D at 5,000 nodes, growing as their cube root; in 2D about half, whatever the size */
 #define BYTES_GAMG_NODE   4500.  /* linear elements; quadratic rows are half as long again */
@@ -186,7 +187,7 @@ PetscErrorCode AppPlanEstimate(AppCase *c, PetscInt threads, AppPlan *plan)
 
     PetscCall(EstimateParticles(c, plan));
     plan->bonds = plan->particles * (c->dim == 3 ? 7.6 : 3);
-    plan->bytes = PetscMax(plan->bytes, BYTES_START) + plan->particles * BYTES_PARTICLE;
+    plan->bytes = PetscMax(plan->bytes, BYTES_START) + plan->particles * (BYTES_PARTICLE + (part->cohesive ? BYTES_BREAKS : 0));
     s           = PetscPowReal(DemBodyVolume(&c->body) / c->thickness / plan->particles, 1. / c->dim);
     s           = (c->method == APP_COUPLED ? 0.75 : 0.87) * 0.53 * s / cp; /* an overlap takes sqrt(3)/2 */
     stable      = c->method == APP_TOUCH ? 0.6 * PetscMin(stable, s) : s;    /* contacts take some of either */

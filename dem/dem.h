@@ -79,6 +79,7 @@ PetscErrorCode DemModelSetRule(DemModel model, const DemRule *rule); /* before s
 /* Particles bond within a group only; facets between two groups push and rub. group [packing's order]; needs a strength. */
 PetscErrorCode DemModelSetGroups(DemModel model, const PetscInt group[]);
 PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPacking *packing, const DemCells *cells); /* copies */
+PetscErrorCode DemModelTakeBody(DemModel model, const DemBody *body, const DemPacking *packing, DemCells *cells); /* the same, but the cells become the model's own and are left empty */
 PetscErrorCode DemModelSetBreakable(DemModel model, const PetscBool breakable[]); /* [facets of the cells]; default: all */
 /* Strengths of each facet as a part of the material's, in (0, 1]; the energy it takes to break stays the material's. [facets of the cells]; default: 1 */
 PetscErrorCode DemModelSetWeakness(DemModel model, const PetscReal part[]);

@@ -67,31 +67,33 @@ static void JoinPatch(Patch *to, const Patch *from)
   to->area = area;
 }
 
-/* Copy the corners of pieces first .. last: one polygon as it is, several each closed by its first corner; 2D: the far ends. */
-static Trouble HarvestCorners(PetscInt dim, const Worker *w, const Patch *first, const Patch *last, Harvest *out, PetscInt *n)
+/* Copy the corners of pieces first .. last: one polygon as it is, several each closed by its first corner; 2D: the far ends. From x, the facet's centroid. */
+static Trouble HarvestCorners(PetscInt dim, const Worker *w, const Patch *first, const Patch *last, const PetscReal x[3], Harvest *out, PetscInt *n)
 {
-  const PetscInt begin = out->n_corners, closed = dim == 3 && last > first;
+  const PetscInt   closed = dim == 3 && last > first;
+  const PetscReal *end[2] = {&w->corner[3 * first->at], &w->corner[3 * first->at]}, axis[2] = {-first->normal[1], first->normal[0]};
+  PetscInt         room = 0;
+  float           *to;
 
-  for (const Patch *piece = first; piece <= last; piece++) {
-    if (DemCellGrow(3 * (out->n_corners + piece->n + 1), sizeof(PetscReal), &out->room_corners, &out->corner)) return NO_MEMORY;
-    memcpy(&out->corner[3 * out->n_corners], &w->corner[3 * piece->at], 3 * piece->n * sizeof(PetscReal));
-    out->n_corners += piece->n;
-    if (closed) memcpy(&out->corner[3 * out->n_corners++], &w->corner[3 * piece->at], 3 * sizeof(PetscReal));
-  }
-  if (dim == 2 && last > first) {
-    PetscReal *end[2] = {&out->corner[3 * begin], &out->corner[3 * begin]}, axis[2] = {-first->normal[1], first->normal[0]}, ends[6];
+  for (const Patch *piece = first; piece <= last; piece++) room += piece->n + closed;
+  if (DemCellGrow(3 * (out->n_corners + room), sizeof(float), &out->room_corners, &out->corner)) return NO_MEMORY;
+  to = &out->corner[3 * out->n_corners];
+  *n = 0;
+  if (dim == 2) {
+    for (const Patch *piece = first; piece <= last; piece++)
+      for (PetscInt k = piece->at; k < piece->at + piece->n; k++) {
+        const PetscReal *y = &w->corner[3 * k];
 
-    for (PetscInt k = begin; k < out->n_corners; k++) {
-      PetscReal *x = &out->corner[3 * k];
-
-      if (axis[0] * (x[0] - end[0][0]) + axis[1] * (x[1] - end[0][1]) < 0) end[0] = x;
-      if (axis[0] * (x[0] - end[1][0]) + axis[1] * (x[1] - end[1][1]) > 0) end[1] = x;
-    }
-    for (PetscInt c = 0; c < 6; c++) ends[c] = end[c / 3][c % 3];
-    memcpy(&out->corner[3 * begin], ends, sizeof(ends));
-    out->n_corners = begin + 2;
-  }
-  *n = out->n_corners - begin;
+        if (axis[0] * (y[0] - end[0][0]) + axis[1] * (y[1] - end[0][1]) < 0) end[0] = y;
+        if (axis[0] * (y[0] - end[1][0]) + axis[1] * (y[1] - end[1][1]) > 0) end[1] = y;
+      }
+    for (*n = 0; *n < 2; (*n)++)
+      for (PetscInt c = 0; c < 3; c++) to[3 * *n + c] = (float)(end[*n][c] - x[c]);
+  } else
+    for (const Patch *piece = first; piece <= last; piece++)
+      for (PetscInt k = 0; k < piece->n + closed; k++, (*n)++)
+        for (PetscInt c = 0; c < 3; c++) to[3 * *n + c] = (float)(w->corner[3 * (piece->at + k % piece->n) + c] - x[c]);
+  out->n_corners += *n;
   return FINE;
 }
 
@@ -111,10 +113,9 @@ static Trouble HarvestCell(PetscInt dim, PetscInt p, Worker *w)
         if (DemCellGrow(out->n_mirrors + 1, sizeof(Mirror), &out->room_mirrors, &out->mirror)) return NO_MEMORY;
         out->mirror[out->n_mirrors++] = (Mirror){.p = joined.q, .q = p, .area = joined.area};
       } else {
-        if (HarvestCorners(dim, w, &w->patch[k], &w->patch[k + m - 1], out, &joined.n)) return NO_MEMORY;
-        if (DemCellGrow(out->n_facets + 1, sizeof(Patch), &out->room_facets, &out->facet)) return NO_MEMORY;
-        joined.at = p;
-        out->facet[out->n_facets++] = joined;
+        if (HarvestCorners(dim, w, &w->patch[k], &w->patch[k + m - 1], joined.x, out, &joined.n)) return NO_MEMORY;
+        if (DemCellGrow(out->n_facets + 1, sizeof(Facet), &out->room_facets, &out->facet)) return NO_MEMORY;
+        out->facet[out->n_facets++] = (Facet){p, joined.q, joined.n, joined.area, {joined.x[0], joined.x[1], joined.x[2]}};
       }
     } else { /* one wall per face and plane */
       const PetscInt first = out->n_walls;
@@ -219,8 +220,8 @@ static PetscErrorCode MakeCells(const CellScene *scene, PetscInt n_workers, Work
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Join the threads' runs into the caller's arrays. */
-static PetscErrorCode JoinHarvests(PetscInt n_workers, const Worker *worker, DemCells *cells)
+/* Join the threads' runs into the caller's arrays; what has been taken over goes at once. */
+static PetscErrorCode JoinHarvests(PetscInt n_workers, Worker *worker, DemCells *cells)
 {
   PetscInt facets = 0, walls = 0, corners = 0;
 
@@ -243,17 +244,21 @@ static PetscErrorCode JoinHarvests(PetscInt n_workers, const Worker *worker, Dem
   PetscCall(PetscMalloc1(3 * walls, &cells->wall_normal));
   facets = walls = corners = 0;
   for (PetscInt t = 0; t < n_workers; t++) {
-    const Harvest *h = &worker[t].out;
+    Harvest *h = &worker[t].out;
 
     PetscCall(PetscArraycpy(&cells->corner[3 * corners], h->corner, 3 * h->n_corners));
+    free(h->corner);
+    h->corner = NULL;
     for (PetscInt k = 0; k < h->n_facets; k++, facets++) {
-      cells->p[facets] = h->facet[k].at;
+      cells->p[facets] = h->facet[k].p;
       cells->q[facets] = h->facet[k].q;
       cells->area[facets] = h->facet[k].area;
       cells->facet_start[facets] = corners;
       for (PetscInt c = 0; c < 3; c++) cells->at[3 * facets + c] = h->facet[k].x[c];
       corners += h->facet[k].n;
     }
+    free(h->facet);
+    h->facet = NULL;
     for (PetscInt k = 0; k < h->n_walls; k++, walls++) {
       cells->wall_p[walls] = h->wall[k].at;
       cells->wall_face[walls] = -1 - h->wall[k].q;
@@ -404,6 +409,14 @@ PetscErrorCode DemCellsBuild(const DemBody *body, const DemPacking *packing, Dem
 
 PetscErrorCode DemCellsCreate(const DemBody *body, const DemPacking *packing, DemCells *cells) { return DemCellsBuild(body, packing, cells, NULL); }
 
+PetscErrorCode DemCellsDropCorners(DemCells *cells)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree(cells->facet_start));
+  PetscCall(PetscFree(cells->corner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemCellsDestroy(DemCells *cells)
 {
   PetscFunctionBegin;
@@ -418,8 +431,7 @@ PetscErrorCode DemCellsDestroy(DemCells *cells)
   PetscCall(PetscFree(cells->wall_area));
   PetscCall(PetscFree(cells->wall_at));
   PetscCall(PetscFree(cells->wall_normal));
-  PetscCall(PetscFree(cells->facet_start));
-  PetscCall(PetscFree(cells->corner));
+  PetscCall(DemCellsDropCorners(cells));
   PetscCall(PetscMemzero(cells, sizeof(*cells)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -28,9 +28,10 @@ typedef struct {
 
   /* Corners of the facets, for crack output: facet f has corner[facet_start[f]..facet_start[f+1]) in order around it
      (2D: the two ends); when a facet was cut by pieces, its pieces follow one another, each closed by its first corner. */
-  PetscInt  *facet_start;
-  PetscReal *corner; /* [..][3] */
+  PetscInt *facet_start;
+  float    *corner; /* [..][3] from the facet's centroid [m]; single precision: they are most of a cell's memory */
 } DemCells;
 
 PetscErrorCode DemCellsCreate(const DemBody *body, const DemPacking *packing, DemCells *cells);
+PetscErrorCode DemCellsDropCorners(DemCells *cells); /* of a body that cannot crack; facet_start and corner are NULL then */
 PetscErrorCode DemCellsDestroy(DemCells *cells);

@@ -31,9 +31,15 @@ typedef struct {
 /* A flat piece of a cell's surface. */
 typedef struct {
   PetscInt  q;     /* >= 0: neighbour; else -1 - face of the body */
-  PetscInt  at, n; /* in the cell in hand: corners [at .. at + n); in a harvest: owner, number of corners */
+  PetscInt  at, n; /* in the cell in hand: corners [at .. at + n); of a harvested wall: owner, - */
   PetscReal area, x[3], normal[3];
 } Patch;
+
+/* A facet of a harvest. */
+typedef struct {
+  PetscInt  p, q, n; /* n: corners */
+  PetscReal area, x[3];
+} Facet;
 
 /* A facet as the higher particle sees it, to compare. */
 typedef struct {
@@ -61,8 +67,9 @@ typedef struct {
 /* What one thread has made of its run of particles. */
 typedef struct {
   PetscInt   n_facets, room_facets, n_walls, room_walls, n_corners, room_corners, n_mirrors, room_mirrors, n_orphans, room_orphans;
-  Patch     *facet, *wall;
-  PetscReal *corner; /* [n_corners][3] */
+  Facet     *facet;
+  Patch     *wall;
+  float     *corner; /* [n_corners][3] from the facet's centroid */
   Mirror    *mirror;
   Orphan    *orphan;
 } Harvest;

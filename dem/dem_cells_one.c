@@ -18,7 +18,7 @@ Trouble DemCellGrow(PetscInt need, size_t size, PetscInt *room, void *array)
   void *more;
 
   if (need <= *room) return FINE;
-  need = PetscMax(need, 2 * *room);
+  need = PetscMax(need, *room + *room / 4);
   more = realloc(*(void **)array, need * size);
   if (!more) return NO_MEMORY;
   *(void **)array = more;

@@ -240,7 +240,7 @@ PetscErrorCode DemWriteCracks_Internal(DemModel model, Output output)
     type[i]  = model->dim == 2 ? 4 : 7; /* VTK polyline, polygon */
     for (PetscInt k = first; k < last; k++, points++) {
       node[points] = points;
-      for (PetscInt d = 0; d < 3; d++) x[3 * points + d] = cells->corner[3 * k + d];
+      for (PetscInt d = 0; d < 3; d++) x[3 * points + d] = cells->at[3 * c.facet[i] + d] + cells->corner[3 * k + d];
     }
   }
   start[c.n] = points;

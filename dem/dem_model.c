@@ -133,31 +133,10 @@ static PetscErrorCode CopyInts(PetscInt n, const PetscInt from[], PetscInt **to)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPacking *packing, const DemCells *cells)
+static PetscErrorCode CopyCells(const DemCells *cells, DemCells *c)
 {
-  DemCells *c = &model->cells;
-
   PetscFunctionBegin;
-  PetscCheck(!model->packing.n, model->comm, PETSC_ERR_ORDER, "A DemModel takes one body");
-  BaseCheckInput(packing->n > 0, model->comm, "The packing holds no particle");
-  PetscCheck(cells || !model->bonded, model->comm, PETSC_ERR_ARG_NULL, "Bonded particles need their cells");
-  PetscCheck(!cells || packing->n == cells->n, model->comm, PETSC_ERR_ARG_SIZ, "%" PetscInt_FMT " particles but %" PetscInt_FMT " cells", packing->n, cells->n);
-  model->dim  = body->dim;
-  model->nrot = body->dim == 3 ? 3 : 1;
-  model->n    = packing->n;
-
-  model->packing.n = packing->n;
-  PetscCall(CopyReals(3 * packing->n, packing->x, &model->packing.x));
-  PetscCall(CopyReals(packing->n, packing->r, &model->packing.r));
-
-  if (!cells) {
-    static const DemCells none = {0};
-
-    cells = &none; /* loose grains: no facet, no wall */
-  }
-  c->n        = cells->n;
-  c->n_facets = cells->n_facets;
-  c->n_walls  = cells->n_walls;
+  *c = (DemCells){.n = cells->n, .n_facets = cells->n_facets, .n_walls = cells->n_walls};
   PetscCall(CopyReals(c->n, cells->volume, &c->volume));
   PetscCall(CopyReals(3 * c->n, cells->centroid, &c->centroid));
   PetscCall(CopyInts(c->n_facets, cells->p, &c->p));
@@ -170,8 +149,32 @@ PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPac
   PetscCall(CopyReals(3 * c->n_walls, cells->wall_at, &c->wall_at));
   PetscCall(CopyReals(3 * c->n_walls, cells->wall_normal, &c->wall_normal));
   if (cells->facet_start) {
+    const PetscInt corners = cells->facet_start[c->n_facets];
+
     PetscCall(CopyInts(c->n_facets + 1, cells->facet_start, &c->facet_start));
-    PetscCall(CopyReals(3 * cells->facet_start[c->n_facets], cells->corner, &c->corner));
+    PetscCall(PetscMalloc1(3 * corners, &c->corner));
+    PetscCall(PetscArraycpy(c->corner, cells->corner, 3 * corners));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelTakeBody(DemModel model, const DemBody *body, const DemPacking *packing, DemCells *cells)
+{
+  PetscFunctionBegin;
+  PetscCheck(!model->packing.n, model->comm, PETSC_ERR_ORDER, "A DemModel takes one body");
+  BaseCheckInput(packing->n > 0, model->comm, "The packing holds no particle");
+  PetscCheck(cells || !model->bonded, model->comm, PETSC_ERR_ARG_NULL, "Bonded particles need their cells");
+  PetscCheck(!cells || packing->n == cells->n, model->comm, PETSC_ERR_ARG_SIZ, "%" PetscInt_FMT " particles but %" PetscInt_FMT " cells", packing->n, cells->n);
+  model->dim  = body->dim;
+  model->nrot = body->dim == 3 ? 3 : 1;
+  model->n    = packing->n;
+
+  model->packing.n = packing->n;
+  PetscCall(CopyReals(3 * packing->n, packing->x, &model->packing.x));
+  PetscCall(CopyReals(packing->n, packing->r, &model->packing.r));
+  if (cells) { /* loose grains: no facet, no wall */
+    model->cells = *cells;
+    PetscCall(PetscMemzero(cells, sizeof(*cells)));
   }
 
   model->n_faces = model->body.n_faces = body->n_faces;
@@ -184,6 +187,16 @@ PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPac
   PetscCall(PetscMalloc1(body->n_faces, &model->body.face_name));
   PetscCall(PetscArraycpy(model->body.face_name, body->face_name, body->n_faces));
   PetscCall(PetscCalloc1(body->n_faces, &model->face));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelSetBody(DemModel model, const DemBody *body, const DemPacking *packing, const DemCells *cells)
+{
+  DemCells copy;
+
+  PetscFunctionBegin;
+  if (cells) PetscCall(CopyCells(cells, &copy));
+  PetscCall(DemModelTakeBody(model, body, packing, cells ? &copy : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

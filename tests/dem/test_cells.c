@@ -176,7 +176,7 @@ static PetscErrorCode TestTwoParticles(void)
     CheckClose(cells.centroid[0], where / 2, 1e-14);
     CheckClose(cells.centroid[3], (1 + where) / 2, 1e-14);
     CheckInt(cells.facet_start[1], dim == 2 ? 2 : 4);
-    for (PetscInt k = 0; k < cells.facet_start[1]; k++) CheckClose(cells.corner[3 * k], where, 1e-14);
+    for (PetscInt k = 0; k < cells.facet_start[1]; k++) CheckClose(cells.at[0] + cells.corner[3 * k], where, 1e-14);
     PetscCall(DemCellsDestroy(&cells));
     PetscCall(DemPackingDestroy(&packing));
     PetscCall(DemBodyDestroy(&body));
@@ -331,7 +331,7 @@ static PetscErrorCode TestCrackIsNotCrossed(void)
         const PetscReal a = packing.x[3 * cells.p[f]], b = packing.x[3 * cells.q[f]];
 
         for (PetscInt k = cells.facet_start[f]; k < cells.facet_start[f + 1]; k++) {
-          const PetscReal *x = &cells.corner[3 * k];
+          const PetscReal x[2] = {cells.at[3 * f] + cells.corner[3 * k], cells.at[3 * f + 1] + cells.corner[3 * k + 1]};
 
           if (PetscMin(a, b) - 0.04 < 0 && (PetscMax(a, b) > 0.04 || x[0] > 0.04 + 1e-9))
             CheckBelow(0.05 - x[1], packing.r[cells.p[f]] + packing.r[cells.q[f]]);
@@ -439,7 +439,7 @@ static PetscErrorCode TestThreads(void)
   CheckTrue(!memcmp(cells[0].area, cells[1].area, cells[0].n_facets * sizeof(PetscReal)));
   CheckTrue(!memcmp(cells[0].at, cells[1].at, 3 * cells[0].n_facets * sizeof(PetscReal)));
   CheckTrue(!memcmp(cells[0].wall_area, cells[1].wall_area, cells[0].n_walls * sizeof(PetscReal)));
-  CheckTrue(!memcmp(cells[0].corner, cells[1].corner, 3 * cells[0].facet_start[cells[0].n_facets] * sizeof(PetscReal)));
+  CheckTrue(!memcmp(cells[0].corner, cells[1].corner, 3 * cells[0].facet_start[cells[0].n_facets] * sizeof(float)));
   for (PetscInt k = 0; k < 2; k++) {
     PetscCall(DemCellsDestroy(&cells[k]));
     PetscCall(DemPackingDestroy(&packing[k]));
