@@ -1,16 +1,18 @@
 /*
   dem_bonds.c - seconds per bond and step of bonded particles: whole steps, by rule, state of the bonds, and threads.
 
-  bench/dem_bonds [-particles 14000,60000] [-steps 5] [-repeats 40] [-lattice] [-laws intact,...] [-write FILE] [-check 0.8]
+  bench/dem_bonds [-particles 14000,60000] [-steps 5] [-repeats 40] [-lattice] [-laws intact,...] [-write FILE] [-check 0.8] [-twin 0.9]
   Rows of a CSV on the screen: dimension, law, threads, particles, bonds, ns per bond-step, ns per particle-step, time over that of
   one thread. Best of the repeats: a busy machine makes a run slower, never faster. With -check f it fails unless two threads take
-  less than f of the time of one, for the last size in 3D. -write leaves the last packing as a table.
+  less than f of the time of one, for the last size in 3D. With -twin f it fails unless a whole step takes less than f of the time of
+  the plain twin, which forms the force of one bond after the other from the model's own arrays and nothing else; both in turn, so that a busy
+  machine is busy for both, and both must agree. -write leaves the last packing as a table.
 
   Particles are packed at random (-lattice: on a jittered lattice) and move at random, slowly. Laws: `intact`, `exact` without a strength;
   `cohesive`, with one, strained to a fifth of it, so that no bond is looked at singly; `watched`, to half of it, so that every bond
   is; `published`, onate2015 with the published law, to a fifth; `softening`, the same where one bond in fifty is softening or broken.
 */
-#include "dem.h"
+#include "dem_impl.h"
 #include <petsctime.h>
 
 static PetscReal Random(uint64_t *state)
@@ -132,10 +134,62 @@ static PetscErrorCode Time(const Bench *b, PetscInt law, PetscInt steps, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The twin: forces on the particles from every bond's own force, one by one. */
+static void Twin(DemModel model, PetscReal *f)
+{
+  const DemBonds *b = &model->bonds;
+
+  for (PetscInt i = 0; i < 3 * model->n; i++) f[i] = 0;
+  for (PetscInt e = 0; e < b->n; e++) {
+    PetscReal t[3];
+
+    DemBondForce_Internal(model, e, t);
+    for (PetscInt d = 0; d < 3; d++) {
+      f[d * model->n + b->p[e]] += t[d];
+      f[d * model->n + b->q[e]] -= t[d];
+    }
+  }
+}
+
+/* Time of a step over that of the twin; their forces must be the same. */
+static PetscErrorCode TimeTwin(const Bench *b, PetscInt law, PetscInt repeats, PetscReal *ratio)
+{
+  PetscReal dt, best[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL}, *f, off = 0, size = 0;
+  DemModel  model;
+  DemState  s;
+
+  PetscFunctionBeginUser;
+  PetscCall(ModelCreate(b, law, 1, &model, &dt));
+  PetscCall(PetscMalloc1(3 * model->n, &f));
+  for (PetscInt r = 0; r < repeats; r++) {
+    PetscLogDouble begin, middle, end;
+
+    PetscCall(PetscTime(&begin));
+    PetscCall(DemStep_Internal(model, 0, 1e-6 * dt));
+    PetscCall(PetscTime(&middle));
+    Twin(model, f);
+    PetscCall(PetscTime(&end));
+    best[0] = PetscMin(best[0], middle - begin);
+    best[1] = PetscMin(best[1], end - middle);
+  }
+  PetscCall(DemModelGetState(model, &s));
+  for (PetscInt i = 0; i < b->body.dim * model->n; i++) {
+    off  = PetscMax(off, PetscAbsReal(f[i] - s.f[i]));
+    size = PetscMax(size, PetscAbsReal(f[i]));
+  }
+  PetscCall(DemModelRestoreState(model, &s));
+  PetscCheck(off <= 1e-10 * size, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Forces are off by %g of the twin's %g", (double)off, (double)size);
+  *ratio = best[0] / best[1];
+  PetscCall(PetscPrintf(PETSC_COMM_SELF, "%d,%s: a step takes %.3f of the twin's time\n", (int)b->body.dim, law_name[law], (double)*ratio));
+  PetscCall(PetscFree(f));
+  PetscCall(DemModelDestroy(&model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Run(void)
 {
   PetscInt  sizes[8] = {14000, 60000}, n_sizes = 8, steps = 5, repeats = 40;
-  PetscReal check = 0, ratio = 0;
+  PetscReal check = 0, ratio = 0, twin = 0;
   PetscBool given, lattice = PETSC_FALSE, some, writes;
   char      file[PETSC_MAX_PATH_LEN], *laws[LAWS];
   PetscInt  n_laws = LAWS;
@@ -149,6 +203,7 @@ static PetscErrorCode Run(void)
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-steps", &steps, NULL));
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-repeats", &repeats, NULL));
   PetscCall(PetscOptionsGetReal(NULL, NULL, "-check", &check, NULL));
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-twin", &twin, NULL));
   PetscCall(PetscPrintf(PETSC_COMM_SELF, "dimension[-],law,threads[-],particles[-],bonds[-],bond_step[ns],particle_step[ns],of_one_thread[-]\n"));
   for (PetscInt dim = check > 0 || writes ? 3 : 2; dim <= 3; dim++)
     for (PetscInt i = 0; i < n_sizes; i++) {
@@ -166,6 +221,13 @@ static PetscErrorCode Run(void)
           wanted = (PetscBool)(wanted || given);
         }
         if (!wanted) continue;
+        if (twin > 0) {
+          PetscReal of_twin;
+
+          PetscCall(TimeTwin(&b, law, repeats, &of_twin));
+          PetscCheck(of_twin < twin, PETSC_COMM_SELF, PETSC_ERR_PLIB, "A step takes %.3f of the time of its plain twin, not below %.3f", (double)of_twin, (double)twin);
+          continue;
+        }
         PetscCall(Time(&b, law, steps, repeats, best, &bonds));
         ratio = best[1] / best[0];
         for (int t = 0; t < 2; t++)
