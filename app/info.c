@@ -122,6 +122,7 @@ static PetscErrorCode InfoHdf5(const char *path)
   Listing listing = {0};
 
   PetscFunctionBegin;
+  BaseCheckInput(!FileUnfit(path), PETSC_COMM_SELF, "'%s' %s", path, FileUnfit(path));
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
   file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
   BaseCheckInput(file >= 0, PETSC_COMM_SELF, "'%s' cannot be read as HDF5; is it whole?", path);

@@ -6,6 +6,7 @@
   (measure.c) times the run itself.
 */
 #include "app.h"
+#include "files.h"
 #include <string.h>
 
 #define SECONDS_BOND_STEP 3e-8  /* [s], one thread */
@@ -117,7 +118,7 @@ static PetscErrorCode EstimateBody(AppCase *c, const DemBody *body, AppPlan *pla
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing.file", AppGrains(c)->name));
     PetscCall(SceneGetString(c->scene, path, &name));
     PetscCall(SceneFilePath(c->scene, name, sizeof(file), file));
-    in = fopen(file, "r");
+    in = FileUnfit(file) ? NULL : fopen(file, "r");
     if (!in) PetscCall(SceneFail(c->scene, path, "cannot read '%s'", file));
     while (fgets(line, sizeof(line), in)) plan->particles += line[0] != '#' && line[0] != '\n';
     fclose(in);

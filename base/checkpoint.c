@@ -70,7 +70,7 @@ static PetscErrorCode OpenFile(Checkpoint c)
   PetscFunctionBegin;
   Hdf5Quiet();
   BaseCheckInput(!access(c->path, F_OK), PETSC_COMM_SELF, "There is no checkpoint '%s' to go on from; run without resuming", c->path);
-  BaseCheckInput(!access(c->path, R_OK), PETSC_COMM_SELF, "The checkpoint '%s' is not readable", c->path);
+  BaseCheckInput(!FileUnfit(c->path), PETSC_COMM_SELF, "The checkpoint '%s' %s", c->path, FileUnfit(c->path));
   PetscCall(FileIsSealed(c->path, &whole));
   BaseCheckInput(whole, PETSC_COMM_SELF, "'%s' is not a whole HDF5 file, or not a finished checkpoint of cleave: cut short, damaged, of an earlier version, or another kind of file", c->path);
   c->file = H5Fopen(c->path, H5F_ACC_RDONLY, H5P_DEFAULT);

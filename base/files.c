@@ -165,12 +165,24 @@ PetscErrorCode FileIsSealed(const char *path, PetscBool *whole)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+const char *FileUnfit(const char *path)
+{
+  struct stat info;
+
+  if (stat(path, &info)) return errno == ENOENT || errno == ENOTDIR ? "is not there" : errno == ELOOP ? "is a link that leads to itself" : errno == EACCES ? "lies in a folder that may not be read" : "cannot be looked at";
+  if (S_ISDIR(info.st_mode)) return "is a directory";
+  if (!S_ISREG(info.st_mode)) return "is a device or a pipe, not a file";
+  return access(path, R_OK) ? "may not be read; look at its permissions" : NULL;
+}
+
 PetscErrorCode FileReadText(const char *path, char **text, size_t *length)
 {
-  FILE  *file;
-  size_t size = 1 << 16, n = 0;
+  FILE       *file;
+  size_t      size = 1 << 16, n = 0;
+  const char *unfit = FileUnfit(path);
 
   PetscFunctionBegin;
+  PetscCheck(!unfit, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "Cannot read '%s': it %s", path, unfit);
   PetscCall(FileOpen(path, "rb", &file));
   PetscCall(PetscMalloc1(size, text));
   for (size_t got; (got = fread(*text + n, 1, size - 1 - n, file)) > 0;) {

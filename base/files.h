@@ -11,6 +11,7 @@ PetscErrorCode FileCreate(const char *path, FILE **file);                       
 PetscErrorCode FileFinish(FILE **file, const char *path);                         /* ... closed, checked and renamed */
 PetscErrorCode FileSeal(const char *path);                                        /* a mark of its bytes behind its end: cut or changed, it is no longer whole */
 PetscErrorCode FileIsSealed(const char *path, PetscBool *whole);
+const char    *FileUnfit(const char *path);                                       /* why it cannot be read as input ("is a directory"), NULL when it can; a device or a pipe might never end */
 PetscErrorCode FileReadText(const char *path, char **text, size_t *length);       /* whole file, zero at its end; PetscFree() it */
 
 /* All ranks learn whether the writing rank (0) failed, so that they stop together. `what` names the deed for the other ranks. */

@@ -4,6 +4,7 @@
   gmsh lives only inside MeshRead, on rank 0. Its errors come back as one message, which all ranks raise together.
   As in the files gmsh writes, only cells of a physical group are kept, so a .geo and its .msh give the same mesh.
 */
+#include "files.h"
 #include "mesh_gmsh.h"
 #include <gmshc.h>
 #include <errno.h>
@@ -43,12 +44,13 @@ static PetscBool EndsSection(const char *tail, size_t got)
 
 static void CheckWhole(const char *file, PetscBool msh, char words[BASE_LINE])
 {
-  FILE *in = fopen(file, "rb");
-  char  tail[256];
-  long  size;
+  const char *unfit = FileUnfit(file);
+  FILE       *in = unfit ? NULL : fopen(file, "rb");
+  char        tail[256];
+  long        size;
 
   if (!in) {
-    (void)PetscSNPrintf(words, BASE_LINE, "%s: no such mesh file, or it may not be read", file);
+    (void)PetscSNPrintf(words, BASE_LINE, "%s: the mesh file %s", file, unfit ? unfit : "cannot be opened");
     return;
   }
   size = fseek(in, 0, SEEK_END) ? -1 : ftell(in);

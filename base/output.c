@@ -116,7 +116,7 @@ static PetscErrorCode RemoveIndices(Output output)
 
     if (!dot || strcmp(dot, ".pvd")) continue;
     PetscCall(OutputPath(output, path, "%s", entry->d_name));
-    file = fopen(path, "r");
+    file = FileUnfit(path) ? NULL : fopen(path, "r");
     if (file) {
       n = fread(head, 1, sizeof(head) - 1, file);
       fclose(file);

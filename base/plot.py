@@ -77,6 +77,8 @@ def column(history, wanted):
 
 def read_overlay(path):
     rows = []
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise Trouble(f"{path} is not a file")
     with open(path) as file:
         for line in file:
             try:

@@ -4,24 +4,25 @@
   Only what the scene's own text decides stands here; whether a group is in a mesh file, or a step below the critical
   one, the program asks when it has the mesh and the model. Nodes with a fault of their own are skipped.
 */
+#include "files.h"
 #include "scene_impl.h"
 #include <string.h>
-#include <unistd.h>
 
 #define GROUPS 6 /* of a built-in shape */
 
-static PetscErrorCode FileExists(Scene scene, const char *name, PetscBool *exists)
+/* A file that the scene names must be there, and be a file. */
+static PetscErrorCode CheckFile(Scene scene, SceneNode node)
 {
-  char        path[BASE_LINE];
+  char        path[BASE_LINE], unfit[128] = "";
   PetscMPIInt rank;
-  int         found = 0;
 
   PetscFunctionBegin;
-  PetscCall(SceneFilePath(scene, name, sizeof(path), path));
+  PetscCall(SceneFilePath(scene, node->text, sizeof(path), path));
   PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
-  if (rank == 0) found = access(path, R_OK) == 0;
-  PetscCallMPI(MPI_Bcast(&found, 1, MPI_INT, 0, scene->comm));
-  *exists = (PetscBool)found;
+  if (rank == 0 && FileUnfit(path)) PetscCall(BaseFormat(unfit, "%s", FileUnfit(path)));
+  PetscCallMPI(MPI_Bcast(unfit, sizeof(unfit), MPI_CHAR, 0, scene->comm));
+  if (!strcmp(unfit, "is not there")) PetscCall(SceneFaultValue(scene, node, "there is no file '%.200s' (looked for beside the scene); give its path from the scene's own folder", node->text));
+  else if (unfit[0]) PetscCall(SceneFaultValue(scene, node, "'%.200s' %s; name a file", node->text, unfit));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -106,16 +107,14 @@ static PetscErrorCode CheckGeometry(Scene scene, SceneNode body)
 {
   const SceneNode geometry = SceneNodeChild(body, "geometry"), mesh = SceneNodeChild(body, "mesh"), size = SceneNodeChild(mesh, "size"), cells = SceneNodeChild(mesh, "cells"), order = SceneNodeChild(mesh, "order"), unit = SceneNodeChild(body, "length_unit"),
                   group = SceneNodeChild(body, "group");
-  PetscBool exists;
 
   PetscFunctionBegin;
   if (!geometry || !geometry->good) PetscFunctionReturn(PETSC_SUCCESS);
   if (geometry->kind == NODE_TEXT) {
     const PetscBool is_mesh = EndsWith(geometry->text, ".msh");
 
-    PetscCall(FileExists(scene, geometry->text, &exists));
     if (!is_mesh && !EndsWith(geometry->text, ".geo")) PetscCall(SceneFaultValue(scene, geometry, "geometry '%.200s' is neither .geo nor .msh; give a gmsh file or one of {box: ...}, {cylinder: ...}, {disc: ...}", geometry->text));
-    else if (!exists) PetscCall(SceneFaultValue(scene, geometry, "there is no file '%.200s' (looked for beside the scene); give its path from the scene's own folder", geometry->text));
+    else PetscCall(CheckFile(scene, geometry));
     if (is_mesh && size) PetscCall(SceneFaultKey(scene, size, "size: a .msh file is meshed already; take it out or give the .geo"));
     if (is_mesh && order && !SceneNodeIs(order, "auto")) PetscCall(SceneFaultKey(scene, order, "order: a .msh file is meshed already; take it out or give the .geo"));
     if (is_mesh && cells) PetscCall(SceneFaultKey(scene, cells, "cells: a .msh file is meshed already; take it out or give the .geo"));
@@ -135,7 +134,6 @@ static PetscErrorCode CheckGeometry(Scene scene, SceneNode body)
 static PetscErrorCode CheckBody(Scene scene, SceneNode body)
 {
   const SceneNode method = SceneNodeChild(body, "method"), packing = SceneNodeChild(SceneNodeChild(body, "dem"), "packing"), file = SceneNodeChild(packing, "file");
-  PetscBool       exists;
 
   PetscFunctionBegin;
   if (body->kind != NODE_MAP) PetscFunctionReturn(PETSC_SUCCESS);
@@ -184,8 +182,7 @@ static PetscErrorCode CheckBody(Scene scene, SceneNode body)
 
       if (key) PetscCall(SceneFaultKey(scene, key, "%s is of a packing we make, and file brings its own; take one out", made[k]));
     }
-    PetscCall(FileExists(scene, file->text, &exists));
-    if (!exists) PetscCall(SceneFaultValue(scene, file, "there is no file '%.200s' (looked for beside the scene); give its path from the scene's own folder", file->text));
+    PetscCall(CheckFile(scene, file));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

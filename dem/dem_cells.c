@@ -210,7 +210,7 @@ static PetscErrorCode MakeCells(const CellScene *scene, PetscInt n_workers, Work
     const PetscReal *x = &packing->x[3 * bad];
 
     PetscCheck(kind != NO_MEMORY, PETSC_COMM_SELF, PETSC_ERR_MEM, "No memory for the cells of %" PetscInt_FMT " particles", n);
-    BaseCheckInput(kind != SAME_CENTRE, PETSC_COMM_SELF, "Particles %" PetscInt_FMT " and %" PetscInt_FMT " have the same centre (%.6g, %.6g, %.6g) m; remove one",
+    BaseCheckInput(kind != SAME_CENTRE, PETSC_COMM_SELF, "Particles %" PetscInt_FMT " and %" PetscInt_FMT " have the same centre (%.6g, %.6g, %.6g) m, or as good as the same; remove one",
                    bad, bad_other, (double)x[0], (double)x[1], (double)x[2]);
     BaseCheckInput(kind != NO_CELL, PETSC_COMM_SELF,
                    "Particle %" PetscInt_FMT

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #define FLAT 2e-13 /* thickness in cube units below which a part only touches: the clip's own tolerance */
+#define APART 1e-6 /* of the neighbour grid's width: centres nearer than this are one; their bisector would be round-off */
 #define CRUMB 1e-9 /* volume in cube units: what is cut off and smaller stays with its owner, it may be round-off */
 
 Trouble DemCellGrow(PetscInt need, size_t size, PetscInt *room, void *array)
@@ -75,7 +76,7 @@ static Trouble CutByNeighbours(const CellScene *scene, PetscInt p, PetscReal h, 
             PetscReal        t;
 
             if (q == p) continue;
-            if (!(d2 > 0)) {
+            if (!(d2 > PetscSqr(APART * g->width))) {
               w->other = q;
               return SAME_CENTRE;
             }

@@ -1,6 +1,7 @@
 /* dem_pack_io.c - packings as text: one "x y z r" a line [m], commas or blanks between, '#' starts a comment. */
 #include "dem_body_impl.h"
 #include "dem_packing.h"
+#include "files.h"
 #include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -46,6 +47,7 @@ PetscErrorCode DemPackingRead(const char *file, const DemBody *body, PetscBool t
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(packing, sizeof(*packing)));
+  BaseCheckInput(!FileUnfit(file), PETSC_COMM_SELF, "Cannot read the packing %s: it %s", file, FileUnfit(file));
   in = fopen(file, "r");
   BaseCheckInput(in, PETSC_COMM_SELF, "Cannot read the packing %s", file);
   PetscCall(DemBodySearchCreate(body, 0, PetscMax(body->high[0] - body->low[0], body->high[1] - body->low[1]) / 50, &search));

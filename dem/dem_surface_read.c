@@ -112,11 +112,8 @@ static PetscErrorCode ReadStl(const char *file, PetscReal scale, DemSurface *sur
   size_t         length, told = 0;
   char          *text;
 
-  PetscBool      exists;
-
   PetscFunctionBegin;
-  PetscCall(PetscTestFile(file, 'r', &exists));
-  BaseCheckInput(exists, PETSC_COMM_SELF, "%s: no such file, or it may not be read", file);
+  BaseCheckInput(!FileUnfit(file), PETSC_COMM_SELF, "%s: the file %s", file, FileUnfit(file));
   PetscCall(FileReadText(file, &text, &length));
   if (length >= 84) told = (size_t)(unsigned char)text[80] | (size_t)(unsigned char)text[81] << 8 | (size_t)(unsigned char)text[82] << 16 | (size_t)(unsigned char)text[83] << 24;
   if (length == 0) {

@@ -378,6 +378,67 @@ static PetscErrorCode TestNotchTooNarrow(void)
 }
 CHECK_TEST(TestNotchTooNarrow)
 
+/* m^dim particles on a cubic lattice in the unit box, each moved at random by up to `shift` of the spacing; one more, if wanted, `apart` of a spacing from particle 0. */
+static PetscErrorCode Lattice(PetscInt dim, PetscInt m, PetscReal shift, PetscReal apart, DemPacking *packing)
+{
+  const PetscInt n = dim == 2 ? m * m : m * m * m;
+
+  PetscFunctionBegin;
+  PetscCall(NewPacking(n + (apart > 0), packing));
+  for (PetscInt p = 0; p < n; p++) {
+    const PetscInt at[3] = {p % m, p / m % m, p / (m * m)};
+
+    for (PetscInt c = 0; c < dim; c++) packing->x[3 * p + c] = (at[c] + 0.5 + shift * (2 * DemPackRandom(5, c, p) - 1)) / m;
+    packing->r[p] = 0.5 / m;
+  }
+  if (apart > 0) {
+    PetscCall(PetscArraycpy(&packing->x[3 * n], packing->x, 3));
+    packing->x[3 * n] += apart / m;
+    packing->r[n] = packing->r[0];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Edges where four (3D: corners where eight) cells meet, and all but meet: facets of vanishing area, slivers between all but coincident centres. */
+static PetscErrorCode TestNearlyDegenerate(void)
+{
+  const PetscReal low[3] = {0, 0, 0}, high[3] = {1, 1, 1};
+  DemBody         body;
+  DemPacking      packing;
+  DemCells        cells;
+
+  PetscFunctionBeginUser;
+  for (PetscInt dim = 2; dim <= 3; dim++) {
+    PetscCall(DemBodyCreateBox(dim, low, high, 1, &body));
+    for (PetscInt k = 0; k <= 6; k++) {
+      const PetscReal shift = k ? PetscPowReal(10, -17 + 2 * k) : 0; /* 0, 1e-15, 1e-13, ... 1e-5 */
+
+      PetscCall(Lattice(dim, 6, shift, 0, &packing));
+      PetscCall(DemCellsCreate(&body, &packing, &cells));
+      PetscCall(CheckSums(&body, &packing, &cells, 1e-11));
+      for (PetscInt p = 0; p < packing.n; p++) CheckClose(cells.volume[p], dim == 2 ? 1. / 36 : 1. / 216, 10 * shift + 1e-12);
+      PetscCall(DemCellsDestroy(&cells));
+      PetscCall(DemPackingDestroy(&packing));
+    }
+    for (PetscInt k = 0; k < 4; k++) { /* centres 1e-5, 1e-4, .. 1e-2 of the spacing apart halve a cell; its other facets keep their digits */
+      const PetscReal apart = PetscPowReal(10, -5 + k);
+
+      PetscCall(Lattice(dim, 6, 0, apart, &packing));
+      PetscCall(DemCellsCreate(&body, &packing, &cells));
+      CheckClose(cells.volume[0] + cells.volume[packing.n - 1], dim == 2 ? 1. / 36 : 1. / 216, 2 * apart);
+      PetscCall(CheckSums(&body, &packing, &cells, 1e-9));
+      PetscCall(DemCellsDestroy(&cells));
+      PetscCall(DemPackingDestroy(&packing));
+    }
+    PetscCall(Lattice(dim, 6, 0, 1e-7, &packing));
+    CheckFails(DemCellsCreate(&body, &packing, &cells), PETSC_ERR_USER_INPUT, "or as good as the same; remove one");
+    PetscCall(DemPackingDestroy(&packing));
+    PetscCall(DemBodyDestroy(&body));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestNearlyDegenerate)
+
 static PetscErrorCode TestRefusals(void)
 {
   const PetscReal low[3] = {0, 0, 0}, high[3] = {1, 1, 1};
@@ -450,5 +511,5 @@ static PetscErrorCode TestThreads(void)
 CHECK_TEST(TestThreads)
 
 static const struct CMUnitTest tests[] = {TEST(TestTwoParticles),      TEST(TestLattices),       TEST(TestBruteForce2D), TEST(TestSums),
-                                          TEST(TestCrackIsNotCrossed), TEST(TestNotchTooNarrow), TEST(TestRefusals),     TEST(TestThreads)};
+                                          TEST(TestCrackIsNotCrossed), TEST(TestNotchTooNarrow), TEST(TestNearlyDegenerate), TEST(TestRefusals),     TEST(TestThreads)};
 CHECK_MAIN(tests)

@@ -196,7 +196,7 @@ static PetscErrorCode TestRefusals(void)
   char text[BASE_LINE];
 
   PetscFunctionBeginUser;
-  CheckFails(MeshRead(PETSC_COMM_SELF, "no/such/file.geo", &plane, &mesh), PETSC_ERR_USER_INPUT, "no/such/file.geo: no such mesh file");
+  CheckFails(MeshRead(PETSC_COMM_SELF, "no/such/file.geo", &plane, &mesh), PETSC_ERR_USER_INPUT, "no/such/file.geo: the mesh file is not there");
   CheckFails(ReadText(".stl", "solid", &plane, &mesh), PETSC_ERR_USER_INPUT, "a geometry is a gmsh .geo or .msh");
   CheckFails(ReadText(".msh", "", &plane, &mesh), PETSC_ERR_USER_INPUT, "empty");
   CheckFails(ReadText(".geo", "Point(1) = {0, 0, 0", &plane, &mesh), PETSC_ERR_USER_INPUT, "gmsh could not read it");

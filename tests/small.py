@@ -1,0 +1,86 @@
+"""Small scenes that more than one driver runs, each a second or less. A driver gives them other times by replacing text."""
+
+BEAM = """\
+title: a small beam
+dimension: 2
+plane: stress
+thickness: 10 mm
+time: {end: 40 us}
+materials:
+  steel: {density: 7850 kg/m3, young: 210 GPa, poisson: 0.3}
+bodies:
+  beam:
+    geometry: {box: {size: [40 mm, 10 mm]}}
+    method: fem
+    material: steel
+    mesh: {size: 2 mm, cells: quad}
+conditions:
+  - {group: xmin, fix: all}
+  - {group: xmax, traction: {y: -1 MPa}}
+output:
+  history: {every: 2 us, quantities: [reaction(xmin), displacement(xmax)]}
+  fields: {every: 20 us, names: [displacement, stress]}
+"""
+
+BLOCK = """\
+title: a small block
+time: {end: 60 us}
+materials:
+  rock: {density: 2500 kg/m3, young: 30 GPa, poisson: 0.2, local_damping: 0.1}
+bodies:
+  block:
+    geometry: {box: {size: [40 mm, 40 mm, 60 mm]}}
+    method: dem
+    material: rock
+    dem: {packing: {radius: 4 mm, spread: 0.2, seed: 1}}
+conditions:
+  - {group: zmin, fix: z}
+  - {group: zmax, velocity: {z: {ramp: {to: -10 mm/s, over: 20 us}}}}
+output:
+  history: {every: 5 us, quantities: [reaction(zmax), displacement(zmax)]}
+  fields: {every: 20 us, names: [displacement]}
+"""
+
+TOOLS = """\
+title: grains, a free brick, a driven platen and a driven roller
+time: {end: 30 ms, step: 20 us}
+materials: {glass: {density: 2500 kg/m3, young: 10 MPa, poisson: 0.25}}
+bodies: {grains: {geometry: {box: {size: [0.1 m, 0.1 m, 0.06 m]}}, method: dem, material: glass, dem: {packing: {radius: 8 mm, seed: 3}, bonded: false}}}
+tools:
+  floor: {surface: {file: floor.stl, length_unit: 1 mm}, friction: 0.4, restitution: 0.7}
+  walls: {box: {low: [0 m, 0 m, -0.1 m], size: [0.1 m, 0.1 m, 0.4 m]}, restitution: 0.8}
+  brick: {box: {low: [30 mm, 30 mm, 80 mm], size: [40 mm, 30 mm, 20 mm]}, free: {density: 800 kg/m3, velocity: [0 m/s, 0 m/s, -1 m/s], spin: [3 rad/s, 0 rad/s, 1 rad/s]}, friction: 0.2}
+  platen: {disc: {centre: [50 mm, 50 mm, 64 mm], normal: [0, 0, 1], radius: 45 mm}, push: {axis: [0, 0, -1], force: 20 N, mass: 0.4 kg}, rotation: {axis: [0, 0, 1], speed: 5 rad/s}}
+  roller: {cylinder: {centre: [50 mm, 50 mm, 72 mm], axis: [0, 1, 0], radius: 10 mm, length: 60 mm}, twist: {axis: [0, 1, 0], torque: 0.01 N m, inertia: 0.0001 kg m2}, friction: 0.5, law: hertz}
+conditions: [{gravity: [0 m/s2, 0 m/s2, -9.81 m/s2]}]
+output:
+  history: {every: 1 ms, quantities: [force(floor), torque(roller), work(platen), displacement(platen), displacement(brick), reaction(walls)]}
+  fields: {every: 10 ms, names: [displacement]}
+"""
+
+FLOOR = "solid floor\n" + "".join("facet normal 0 0 1\nouter loop\nvertex %s\nvertex %s\nvertex %s\nendloop\nendfacet\n" % corners for corners in
+                                  [("-10 -10 4", "110 -10 4", "50 50 -16"), ("110 -10 4", "110 110 4", "50 50 -16"), ("110 110 4", "-10 110 4", "50 50 -16"), ("-10 110 4", "-10 -10 4", "50 50 -16")]) + "endsolid floor\n"
+
+RAIN = """\
+title: grains that come one by one
+time: {end: 0.2 s}
+materials: {glass: {density: 2500 kg/m3, young: 0.5 MPa, poisson: 0.25}}
+bodies:
+  grains:
+    geometry: {box: {low: [0 mm, 0 mm, 40 mm], size: [20 mm, 20 mm, 10 mm]}}
+    method: dem
+    material: glass
+    dem: {packing: {radius: 2 mm, spread: 0.1, seed: 4}, bonded: false, rain: {rate: 300 1/s, until: 0.3 s}}
+    initial_velocity: [0 m/s, 0 m/s, -0.5 m/s]
+conditions:
+  - {gravity: [0 m/s2, 0 m/s2, -9.81 m/s2]}
+contact: {restitution: 0.8, friction: 0.5, domain: box, low: [-1 mm, -1 mm, -1 mm], high: [18 mm, 21 mm, 60 mm]}
+tools:
+  floor: {plane: {point: [0 mm, 0 mm, 0 mm], normal: [0, 0, 1]}, restitution: 0.8, friction: 0.5}
+  left: {plane: {point: [0 mm, 0 mm, 0 mm], normal: [1, 0, 0]}, restitution: 0.8}
+  front: {plane: {point: [0 mm, 0 mm, 0 mm], normal: [0, 1, 0]}, restitution: 0.8}
+  back: {plane: {point: [0 mm, 20 mm, 0 mm], normal: [0, -1, 0]}, restitution: 0.8}
+output:
+  history: {every: 10 ms, quantities: [grains, energies]}
+  fields: {every: 100 ms, names: [displacement, orientation, velocity]}
+"""
