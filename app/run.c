@@ -36,6 +36,8 @@ PetscErrorCode AppRunOptions(AppCase *c, const AppOptions *options, const AppPla
   PetscCall(SceneGetReal(c->scene, "time.end", &run->end));
   if (!c->is_static) PetscCall(SceneGetReal(c->scene, "time.step", &given));
   run->safety       = 1;
+  if (!c->is_static && !(run->end / plan->dt < PETSC_MAX_INT - 1))
+    PetscCall(SceneFail(c->scene, "time.end", "%.6g s in steps of %.6g s are %.6g steps, more than this build can count (%" PetscInt_FMT ")", (double)run->end, (double)plan->dt, (double)(run->end / plan->dt), PETSC_MAX_INT));
   run->step         = given > 0 || c->is_static ? plan->dt : 0; /* 0: the loop takes safety x stable, as the plan says */
   run->ledger_bound = 0.05;
   if (c->time == APP_EXPLICIT) PetscCall(SceneGetReal(c->scene, "time.safety", &run->safety));

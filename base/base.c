@@ -7,11 +7,12 @@
 
 static char      message[BASE_LINE];
 static char      reports[8 * BASE_LINE];
-static PetscBool quiet;
+static PetscBool quiet, allocating;
 
 /* PETSc calls this once where the error starts (kind INITIAL) and once per frame above it (REPEAT). */
 static PetscErrorCode HandleError(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code, PetscErrorType kind, const char *text, void *ctx)
 {
+  if (allocating) return code; /* told by Malloc() */
   if (kind == PETSC_ERROR_INITIAL) {
     PetscMPIInt rank = 0;
     const char *what = text && text[0] ? text : "an error without a message";
@@ -30,6 +31,35 @@ static PetscErrorCode HandleError(MPI_Comm comm, int line, const char *function,
   return code;
 }
 
+/*
+  PETSc 3.18's own allocator, when there is no memory, raises an error whose code is the caller's line and whose words are
+  its name; a line 88 would be bad input. These two ask it and, where it fails, say what is true.
+*/
+static PetscErrorCode (*next_malloc)(size_t, PetscBool, int, const char[], const char[], void **);
+static PetscErrorCode (*next_realloc)(size_t, int, const char[], const char[], void **);
+
+static PetscErrorCode Malloc(size_t size, PetscBool clear, int line, const char function[], const char file[], void **result)
+{
+  PetscErrorCode code;
+
+  allocating = PETSC_TRUE;
+  code       = next_malloc(size, clear, line, function, file, result);
+  allocating = PETSC_FALSE;
+  if (!code) return PETSC_SUCCESS;
+  return PetscError(PETSC_COMM_SELF, line, function, file, PETSC_ERR_MEM, PETSC_ERROR_INITIAL, "No memory: %.6g MB more were refused", (double)size * 1e-6);
+}
+
+static PetscErrorCode Realloc(size_t size, int line, const char function[], const char file[], void **result)
+{
+  PetscErrorCode code;
+
+  allocating = PETSC_TRUE;
+  code       = next_realloc(size, line, function, file, result);
+  allocating = PETSC_FALSE;
+  if (!code) return PETSC_SUCCESS;
+  return PetscError(PETSC_COMM_SELF, line, function, file, PETSC_ERR_MEM, PETSC_ERROR_INITIAL, "No memory: %.6g MB in place of less were refused", (double)size * 1e-6);
+}
+
 PetscErrorCode BaseInitialize(int *argc, char ***argv)
 {
   PetscErrorCode code;
@@ -41,11 +71,17 @@ PetscErrorCode BaseInitialize(int *argc, char ***argv)
   PetscFunctionBegin;
   PetscCall(PetscPopSignalHandler()); /* Ctrl-C is the run loop's */
   PetscCall(PetscPushErrorHandler(HandleError, NULL));
+  next_malloc    = PetscTrMalloc;
+  next_realloc   = PetscTrRealloc;
+  PetscTrMalloc  = Malloc;
+  PetscTrRealloc = Realloc;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode BaseFinalize(void)
 {
+  PetscTrMalloc  = next_malloc;
+  PetscTrRealloc = next_realloc;
   PetscPopErrorHandler();
   return PetscFinalize();
 }

@@ -83,6 +83,7 @@ PetscErrorCode FileCreate(const char *path, FILE **file)
 
   PetscFunctionBegin;
   PetscCall(BaseFormat(part, "%s.part", path));
+  (void)unlink(part); /* a link of that name is not written through */
   PetscCall(FileOpen(part, "w", file));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

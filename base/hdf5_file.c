@@ -1,6 +1,7 @@
 /* hdf5_file.c - thin words over HDF5. Object times are not kept, so equal runs make equal files. */
 #include "hdf5_file.h"
 #include <string.h>
+#include <unistd.h>
 
 /* At the end of a process HDF5 writes out what is still open, and breaks when the disk that could not take it is still full. */
 void Hdf5Quiet(void)
@@ -16,6 +17,7 @@ PetscErrorCode Hdf5Create(const char *path, hid_t *file)
 {
   PetscFunctionBegin;
   Hdf5Quiet();
+  (void)unlink(path); /* a link of that name is not written through */
   *file = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   Hdf5Check(*file, path, "create the file");
   PetscFunctionReturn(PETSC_SUCCESS);

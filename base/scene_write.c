@@ -4,9 +4,9 @@
   resolved.yaml is in the table's order and in SI; behind each value stands who set it. A derived value whose rival the
   user chose (a radius from the count) is written as a comment, so that the file stays a valid scene.
 */
+#include "files.h"
 #include "scene_impl.h"
 #include <ctype.h>
-#include <errno.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -163,23 +163,16 @@ static PetscErrorCode WriteChildren(FILE *out, Scene scene, SceneNode node, int 
 
 PetscErrorCode SceneWriteResolved(Scene scene, const char *file)
 {
-  char        part[BASE_LINE];
   PetscMPIInt rank;
   FILE       *out;
-  int         bad;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCheck(strlen(file) + 6 < sizeof(part), PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "The path %.100s... is too long", file);
-  snprintf(part, sizeof(part), "%s.part", file);
-  out = fopen(part, "w");
-  PetscCheck(out, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "Cannot write %s: %s", part, strerror(errno));
+  PetscCall(FileCreate(file, &out));
   fprintf(out, "# Every value of this run in SI and who set it. It is a scene again: `cleave run` takes it.\n");
   PetscCall(WriteChildren(out, scene, scene->root, 0, PETSC_FALSE));
-  bad = ferror(out);
-  bad = fclose(out) || bad;
-  PetscCheck(!bad && !rename(part, file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "Cannot write %s: %s", file, strerror(errno));
+  PetscCall(FileFinish(&out, file));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -52,11 +52,6 @@ def count_lines(path):
         return 0
 
 
-def steps_of(directory):
-    with open(os.path.join(directory, "summary.json")) as file:
-        return json.load(file)["run"]["steps"]
-
-
 def run_until(words, cwd, seconds, number, after=None, rows=0):
     """Signal a run after so much CPU time of its own: moments do not depend on what else the machine does. after: and once this file has so many lines."""
     process = subprocess.Popen(words, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
@@ -132,6 +127,25 @@ def results(directory):
 def same(one, two):
     """Names of what differs between two results."""
     return sorted(key for key in set(one) | set(two) if one.get(key) != two.get(key))
+
+
+def words(sets):
+    return [word for key, value in sets.items() for word in ("--set", "%s=%s" % (key, value))]
+
+
+def go(cleave, here, output, sets, *more, scene="scene.yaml", threads=1):
+    """A scene with other values, into a fresh directory: exit code and words."""
+    return run([cleave, "run", scene, "--no-plots", "--threads", str(threads), "--output", fresh(os.path.join(here, output)), *words(sets), *more], here, timeout=3000)
+
+
+def summary(here, output="out"):
+    with open(os.path.join(here, output, "summary.json")) as file:
+        return json.load(file)
+
+
+def one(text, about, **files):
+    """A scene of one text, and the files it names: bar_geo stands for bar.geo."""
+    return {"files": {"scene.yaml": text, **{name.replace("_", "."): data for name, data in files.items()}}, "about": about}
 
 
 def fresh(folder):

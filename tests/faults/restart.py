@@ -3,7 +3,7 @@ import os
 import re
 import signal
 
-from common import Wrong, command, fresh, lay_out, results, run, run_until, same, steps_of
+from common import Wrong, command, fresh, lay_out, results, run, run_until, same, summary
 
 
 def expect(condition, *what):
@@ -28,7 +28,7 @@ def restart(cleave, folder, name, scene, parts=(0.37, 0.71), threads=True):
     for output in ("whole", "two", "parts"):
         fresh(os.path.join(here, output))
     finish(cleave, here, "whole")
-    whole, steps = results(os.path.join(here, "whole")), steps_of(os.path.join(here, "whole"))
+    whole, steps = results(os.path.join(here, "whole")), summary(here, "whole")["run"]["steps"]
     if threads:
         finish(cleave, here, "two", threads=2)
         alike(whole, results(os.path.join(here, "two")), name + " on two threads")

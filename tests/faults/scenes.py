@@ -6,6 +6,7 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from common import one
 from small import BEAM, FLOOR, RAIN as DROPS, TOOLS as GRAINS
 
 FEM = BEAM.replace("end: 40 us", "end: 400 us").replace("{y: -1 MPa}", "{y: {ramp: {to: -1 MPa, over: 300 us}}}").replace("every: 2 us", "every: 5 us").replace("every: 20 us", "every: 100 us")
@@ -148,9 +149,6 @@ output:
 
 SWITCH = COUPLED.replace("a breaking middle of particles", "elements that turn into particles one after another").replace("group: middle", "group: seed").replace("substeps: auto", "substeps: 1, switch: {when: rankine, at: 0.7, group: middle}")
 SWITCH = SWITCH.replace("{group: right, velocity: {x: {ramp: {to: 0.15 m/s, over: 40 us}}, y: 0 m/s}}", "{group: right, velocity: {x: {ramp: {to: 0.05 m/s, over: 40 us}}, y: {ramp: {to: 0.4 m/s, over: 60 us}}}}")
-
-def one(text, about, **files):
-    return {"files": {"scene.yaml": text, **{name.replace("_", "."): data for name, data in files.items()}}, "about": about}
 
 SCENES = {
     "static": one(STATIC, "load steps of elements"),

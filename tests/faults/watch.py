@@ -2,8 +2,8 @@
 import os
 import re
 
-from common import Wrong, command, fresh, lay_out, run
-from scenes import FEM, SCENES, one
+from common import Wrong, command, fresh, lay_out, one, run
+from scenes import FEM, SCENES
 
 GRAINS = """\
 title: grains that nothing holds
