@@ -1,7 +1,8 @@
-"""docs/reliability.md from what the fault commands found. Figures are kept by name in a JSON file, so that one part can be run again alone."""
+"""docs/reliability.md from what the fault commands found. Every figure is kept in a JSON file, row by row, with the program that made it and the day."""
 import json
 import os
 import platform
+import re
 import subprocess
 import time
 
@@ -12,11 +13,40 @@ Runs broken on purpose, and what came of them. Made by
 
     python3 tests/faults/faults.py build/release/app/cleave report docs/reliability.md
 
-which repeats everything below (`--part kills`, `cuts`, `memory`, `disk`, `fuzz`, `stability`, `odd`, `drift`, `watch`, `examples` repeats one, the rest stays as it was); the short forms are part of `./test`.
-"lost or wrong" counts runs whose last state, tables, fields or ParaView files differ by a bit from those of the run that nobody disturbed, or that could not go on.
+which makes every row below that the program at hand has not made yet and keeps it in `tests/faults/figures.json` (`--fresh`: all of them anew; `--part kills`: only these; stopped, it goes on where it was; `--page-only` runs nothing).
+The short forms are part of `./test`. "lost or wrong" counts runs whose last state, tables, fields or ParaView files differ by a bit from those of the run that nobody disturbed, or that could not go on.
 
 """
 
+# part -> (title, words above the table, head of the table)
+TABLES = {
+    "kills": ("Kills", "Moments are random in the run's CPU time: one in eight before the first step, the others while it steps, writes and saves; up to four kills in a row. Where no checkpoint is yet there is nothing to resume and the run begins anew.",
+              ("run", "kills", "before its first checkpoint")),
+    "restart": ("Stopped and resumed", "Stopped in the middle, resumed, stopped, resumed on two threads: the same bits as the run in one go, on one thread and on two. Where cracks or switches are the matter they grow from stop to stop to end. "
+                "Elements also go on on two ranks and end on one: the history within so much of each quantity's largest value.", ("run", "in the middle of", "stops", "the same bits", "one, two, one ranks")),
+    "cuts": ("Foreign bytes", "Each seed of `tests/fuzz/seeds` (checkpoints and frames are made) through its reader: whole, cut after every byte (every 7th of a mesh, at most 4,000 places), with one to three bits changed. Each is read or refused as bad input with words; a crash or another "
+             "error ends the test. A part of a scene may be a scene, and another number in a scene, packing, surface or mesh may be a good one; checkpoints and frames bear a mark of all their bytes, and none with a change is taken. gmsh and HDF5 themselves break on damaged files "
+             "(this is how that was found): a child process tries a .msh first, and a file without its mark never reaches HDF5.", ("reader", "seeds", "cuts", "taken", "changed", "taken")),
+    "inputs": ("Hostile input to the whole program", "`tests/faults/inputs.py`: each refused with exit 2 and words (where memory is short, exit 1) within 120 s and 6 GB, and nothing written; or, for a roundabout way to a good file or place, the same bits.", ("what", "tried", "wrong")),
+    "fuzz": ("Fuzzing", "clang's libFuzzer with the address sanitizer, from the same seeds (`tests/fuzz/README.md`).", ("reader", "inputs", "seconds", "crashes, hangs, errors of address")),
+    "memory": ("Memory", "The n-th allocation fails, n spread evenly over all that a run makes (`fail_alloc.c`, preloaded); then the run goes on without.", ("run", "allocations made", "refused one by one")),
+    "disk": ("Disk", "A tmpfs of 100 and of 300 kB holds the results until it is full and is then made larger.", ("run", "disks tried", "of them full before the end")),
+    "stability": ("Steps near the critical one", "Every shipped scene with explicit steps (made coarser, `tests/faults/stability.py` says how), its first 1000 steps at a fraction of its critical step: worst ledger error, which must stay below 1 %. Beyond it (`time.beyond_critical`) the step at "
+                  "which the run is stopped, among the first 5000. Where the critical step is a bound (an overlap; grains, whose contacts do not last) a longer one may run on; its ledger error after 2000 steps then stands there.",
+                  ("scene", "critical step [s]", "0.5", "0.8", "0.95", "1.05", "1.1")),
+    "odd": ("Uneasy bodies", "Uneasy bodies and loads, run to their end: worst ledger error, below 1 %.", ("run", "steps", "worst ledger error")),
+    "scatter": ("Scatter", "The same body on other packings and meshes: mean, standard deviation over mean, range.", ("figure", "over", "mean [N, m]", "deviation", "from .. to")),
+    "drift": ("Drift", "Worst ledger error; change of the stored energy (kinetic, strain, coupling, contact) between a tenth of the run and its end; kinetic energy then and there.", ("run", "steps", "worst ledger error", "change of stored energy", "kinetic energy [J]")),
+    "bystander": ("A far bystander", "Grains that lie on each other in a box, alone and with one more 1.9 m above them that falls: their positions, velocities, forces and contacts.", ("run", "steps", "they are", "of", "speed")),
+    "watch": ("What the watch costs", "Instructions inside the models' watch (`FemWatch`, `DemWatch_Internal`) over all of the run loop, and with the ledger's check besides, counted by `valgrind --tool=callgrind --toggle-collect=RunLoop`.",
+              ("run", "steps", "instructions of the loop", "of the watch", "share", "with the ledger")),
+    "examples": ("Twice the same", "Every scene of `examples/`, coarse where `tests/faults/stability.py` says so, its first 300 steps (or load steps) on two threads, twice: tables, every array of every frame and of the checkpoint, ParaView's files.", ("scene", "arrays and files, the same bits")),
+}
+
+# words -> (part, columns to add up, column of what is wrong or None)
+SUMMARY = (("killed (SIGKILL) at a random moment, resumed", "kills", (1,)), ("stopped in the middle, resumed", "restart", (2,)), ("file cut short, read", "cuts", (2,)), ("file with bits changed, or hostile, read", "cuts", (1, 4)),
+           ("hostile input to the whole program", "inputs", (1,)), ("input made by a fuzzer, read", "fuzz", (1,)), ("one allocation of the program's own refused, then run again", "memory", (2,)), ("disk full, then given room", "disk", (2,)),
+           ("example run twice", "examples", ()))
 
 FOUND = """\
 
@@ -26,105 +56,78 @@ FOUND = """\
 - HDF5 crashes on a damaged index of frames, and may on a damaged checkpoint: both now bear a mark of all their bytes and are refused without it.
 - HDF5 crashes at the end of a process whose disk was full: it no longer tidies up there.
 - A packing of ours, cut short, was read as a smaller packing: its first line tells how many particles there are.
-- The ledger called the first step of a free fall from rest lost (its error is 1/(4n^2) of the work at step n): it is not judged before step 10.
+- The ledger called the first step of a free fall from rest lost: what its first steps leave out, 1/(4n^2) of the work at step n, is taken off there.
 - cracks.csv, fragments.csv, switches.csv and modes.csv were written in place: they are renamed there.
 - A failed fsync of a checkpoint went unnoticed.
+- A pipe, /dev/zero or another device as packing, mesh or tool was read for ever: only files are read.
+- Where memory is refused, PETSc 3.18's own allocator raises an error whose code is the caller's line number and whose words are its name: it is told as what it is.
+- Two centres less than a millionth of a spacing apart ended as an internal error: they are refused as one.
+- A run wrote through a symbolic link named like one of its unfinished files: it is replaced.
+- A run of more steps than can be counted was refused only after its directory was made.
 """
 
 
-def load(path):
-    try:
-        with open(path) as file:
-            return json.load(file)
-    except OSError:
-        return {}
+def program(cleave):
+    """What `cleave --version` says of its source."""
+    said = subprocess.run([cleave, "--version"], stdout=subprocess.PIPE, text=True).stdout
+    return re.search(r"git ([^,)]+)", said).group(1)
 
 
-def keep(path, part, figures):
-    found = load(path)
-    found[part] = dict(figures, date=time.strftime("%Y-%m-%d"))
-    with open(path, "w") as out:
-        json.dump(found, out, indent=1, sort_keys=True)
-        out.write("\n")
+class Figures:
+    """{part: {first cell: {"row": [...], "program": ..., "day": ...}}} in a file, written after every row."""
+
+    def __init__(self, path, maker, fresh=False):
+        self.path, self.maker = path, maker
+        self.found = {}
+        if os.path.exists(path) and not fresh:
+            with open(path) as file:
+                self.found = json.load(file)
+
+    def done(self, part):
+        return {name for name, entry in self.found.get(part, {}).items() if entry["program"] == self.maker}
+
+    def keep(self, part, row):
+        self.found.setdefault(part, {})[str(row[0])] = {"row": list(row), "program": self.maker, "day": time.strftime("%Y-%m-%d")}
+        with open(self.path + ".part", "w") as out:
+            json.dump(self.found, out, indent=1)
+            out.write("\n")
+        os.replace(self.path + ".part", self.path)
+
+    def rows(self, part):
+        return [entry["row"] for entry in self.found.get(part, {}).values()]
+
+    def makers(self, parts):
+        """{(program, day): parts it made rows of}"""
+        by = {}
+        for part in parts:
+            for entry in self.found.get(part, {}).values():
+                names = by.setdefault((entry["program"], entry["day"]), [])
+                if part not in names:
+                    names.append(part)
+        return by
 
 
-def row(out, *cells):
-    out.append("| " + " | ".join(str(cell) for cell in cells) + " |")
+def table(out, head, rows):
+    for cells in (head, ["---"] * len(head), *rows):
+        out.append("| " + " | ".join(str(cell) for cell in cells) + " |")
+    out.append("")
 
 
-def table(out, *head):
-    row(out, *head)
-    row(out, *["---"] * len(head))
-
-
-def write(data, path):
-    found, out = load(data), []
-    out.append("| what was done | how often | lost or wrong |")
-    row(out, "---", "---", "---")
-    if "kills" in found:
-        kills = found["kills"]["scenes"]
-        row(out, "killed (SIGKILL) at a random moment, resumed, up to four times in a row", sum(k for k, _ in kills.values()), found["kills"]["wrong"])
-    if "cuts" in found:
-        cuts = found["cuts"]["readers"]
-        row(out, "file cut short, read", sum(c["cuts"] for c in cuts.values()), 0)
-        row(out, "file with bits changed, or hostile, read", sum(c["changed"] + c["seeds"] for c in cuts.values()), 0)
-    if "memory" in found:
-        row(out, "one allocation of the program's own refused, then run again", sum(n for n, _ in found["memory"]["scenes"].values()), 0)
-    if "disk" in found:
-        row(out, "disk full, then given room", sum(n for _, n in found["disk"]["scenes"].values()) if found["disk"]["scenes"] else "not possible on this machine", 0)
-    if "kills" in found:
-        out += ["", "## Kills", "", "Moments are random in the run's CPU time: one in eight before the first step, the others while it steps, writes and saves. Where no checkpoint is yet there is nothing to resume and the run begins anew.", ""]
-        table(out, "run", "kills", "before its first checkpoint")
-        for name, (kills, early) in sorted(found["kills"]["scenes"].items()):
-            row(out, name, kills, early)
-    if "cuts" in found:
-        out += ["", "## Foreign bytes", "", "Each seed of `tests/fuzz/seeds` (checkpoints and frames are made) through its reader: whole, cut after every byte (every 7th of a mesh, at most 4,000 places), with one to three bits changed. Each is read or refused as bad input with words; a crash or another error ends the test. "
-                "A part of a scene may be a scene, and another number in a scene, packing, surface or mesh may be a good one; checkpoints and frames bear a mark of all their bytes, and none with a change is taken. gmsh and HDF5 themselves break on damaged files (this is how that was found): a child process tries a .msh first, and a file without its mark never reaches HDF5.", ""]
-        table(out, "reader", "seeds", "cuts", "taken", "changed", "taken")
-        for name, c in sorted(found["cuts"]["readers"].items()):
-            row(out, name, c["seeds"], c["cuts"], c["cuts_taken"], c["changed"], c["changed_taken"])
-    if "fuzz" in found:
-        out += ["", "## Fuzzing", "", "clang's libFuzzer with the address sanitizer, from the same seeds (`tests/fuzz/README.md`).", ""]
-        table(out, "reader", "inputs", "seconds", "crashes, hangs, leaks of address")
-        for name, c in sorted(found["fuzz"]["readers"].items()):
-            row(out, name, c["inputs"], c["seconds"], c["found"])
-    if "memory" in found:
-        out += ["", "## Memory and disk", "", "The n-th allocation fails, n spread evenly over all that a run makes (`fail_alloc.c`, preloaded); a tmpfs of some hundred kB holds the results until it is full and is then made larger.", ""]
-        table(out, "run", "allocations made", "refused one by one")
-        for name, (trials, total) in sorted(found["memory"]["scenes"].items()):
-            row(out, name, total, trials)
-        if found.get("disk", {}).get("scenes"):
-            out.append("")
-            table(out, "run", "disks tried", "of them full before the end")
-            for name, (tried, stopped) in sorted(found["disk"]["scenes"].items()):
-                row(out, name, tried, stopped)
-    if "stability" in found:
-        out += ["", "## Steps near the critical one", "", found["stability"]["about"], ""]
-        table(out, *found["stability"]["head"])
-        for cells in found["stability"]["rows"]:
-            row(out, *cells)
-    if "odd" in found:
-        out += ["", "## Uneasy bodies", "", found["odd"]["about"], ""]
-        table(out, *found["odd"]["head"])
-        for cells in found["odd"]["rows"]:
-            row(out, *cells)
-    if "drift" in found:
-        out += ["", "## Drift", "", found["drift"]["about"], ""]
-        table(out, *found["drift"]["head"])
-        for cells in found["drift"]["rows"]:
-            row(out, *cells)
-    if "watch" in found:
-        out += ["", "## What the watch costs", "", found["watch"]["about"], ""]
-        table(out, *found["watch"]["head"])
-        for cells in found["watch"]["rows"]:
-            row(out, *cells)
-    if "examples" in found:
-        out += ["", "## Twice the same", "", found["examples"]["about"], ""]
-        table(out, *found["examples"]["head"])
-        for cells in found["examples"]["rows"]:
-            row(out, *cells)
-    out.append(FOUND)
+def write(figures, path):
+    out, rows = [], []
+    for what, part, columns in SUMMARY:
+        found = figures.rows(part)
+        if found:
+            rows.append((what, sum(sum(row[k] for k in columns) for row in found) if columns else len(found), 0))  # a row is kept only when nothing in it was lost or wrong
+    table(out, ("what was done", "how often", "lost or wrong"), rows)
+    for part, (title, words, head) in TABLES.items():
+        if figures.rows(part):
+            out += ["## " + title, "", words, ""]
+            table(out, head, figures.rows(part))
+    missing = [part for part in TABLES if not figures.rows(part)]
+    makers = figures.makers(TABLES)
     processor = subprocess.run("grep -m1 'model name' /proc/cpuinfo | cut -d: -f2", shell=True, stdout=subprocess.PIPE, text=True).stdout.strip()
-    out += ["", "The parts were run one by one, each on the program as it then was: " + ", ".join("%s %s" % (name, part["date"]) for name, part in sorted(found.items())) + " (%s, %s)." % (platform.system(), processor or "unknown processor"), ""]
+    foot = ["", "## Made by", "", "Rows, by the commit of the program that made them (%s, %s).%s" % (platform.system(), processor or "unknown processor", " Not run: %s." % ", ".join(missing) if missing else ""), ""]
+    table(foot, ("program", "day", "parts"), [(maker, day, ", ".join(parts)) for (maker, day), parts in sorted(makers.items(), key=lambda item: item[0][1])])
     with open(path, "w") as file:
-        file.write(HEAD + "\n".join(out))
+        file.write(HEAD + "\n".join(out).rstrip("\n") + "\n" + FOUND + "\n".join(foot).rstrip("\n") + "\n")

@@ -1,4 +1,5 @@
 """Stop and go on: the same bits for every method, also on other threads; what may change, and what is told of it."""
+import csv
 import os
 import re
 import signal
@@ -9,6 +10,19 @@ from common import Wrong, command, fresh, lay_out, results, run, run_until, same
 def expect(condition, *what):
     if not condition:
         raise Wrong(" ".join(str(word) for word in what))
+
+
+def all_restarts(cleave, folder, scenes, done=(), keep=None):
+    for name in scenes:
+        if name in done:
+            continue
+        restart(cleave, os.path.join(folder, "bits"), name, scenes[name])
+        if name in RANKS:
+            ranks(cleave, os.path.join(folder, "ranks"), name, scenes[name])
+        row = [name, scenes[name]["about"], 2, "yes", "below %.0e" % RANKS[name] if name in RANKS else "-"]
+        print(*row, sep="  ", flush=True)
+        if keep:
+            keep(row)
 
 
 def alike(one, two, what):
@@ -22,9 +36,13 @@ def finish(cleave, folder, output, *more, threads=1, code=0):
     return said
 
 
-def restart(cleave, folder, name, scene, parts=(0.37, 0.71), threads=True):
+STOPS = {"switch": (0.3, 0.52)}  # its last element has turned at 0.55
+
+
+def restart(cleave, folder, name, scene, threads=True):
     """Whole; whole on two threads; stopped at two places and resumed, the last part on two threads."""
     here = lay_out(os.path.join(folder, name), scene)
+    parts = STOPS.get(name, (0.37, 0.71))
     for output in ("whole", "two", "parts"):
         fresh(os.path.join(here, output))
     finish(cleave, here, "whole")
@@ -32,12 +50,60 @@ def restart(cleave, folder, name, scene, parts=(0.37, 0.71), threads=True):
     if threads:
         finish(cleave, here, "two", threads=2)
         alike(whole, results(os.path.join(here, "two")), name + " on two threads")
-    done = 0
+    done, so_far = 0, [0]
     for part in parts:
         finish(cleave, here, "parts", "--stop-after", str(max(1, int(part * steps) - done)), *(["--resume"] if done else []))
         done = int(part * steps)
+        so_far.append(grown(here, "parts", name))
     finish(cleave, here, "parts", "--resume", threads=2 if threads else 1)
+    so_far.append(grown(here, "parts", name))
+    expect(name not in GROWS or all(a < b for a, b in zip(so_far, so_far[1:])), name, "is not in the middle of it at its stops:", so_far)
     alike(whole, results(os.path.join(here, "parts")), name + " in %d parts" % (len(parts) + 1))
+
+
+# Where a scene must be in the middle of it at both stops: a table whose column adds up to more from stop to stop to the end.
+GROWS = {"breaking": ("cracks.csv", "energy[J]"), "coupled": ("cracks.csv", "energy[J]"), "confined": ("cracks.csv", "energy[J]"), "switch": ("switches.csv", None)}
+
+
+def grown(here, output, name):
+    if name not in GROWS:
+        return 0
+    table, column = GROWS[name]
+    with open(os.path.join(here, output, table)) as file:
+        return sum(float(row[column]) if column else 1 for row in csv.DictReader(file))
+
+
+def near(one, two, tolerance):
+    """Columns of two histories that differ by more than so much of their vector's largest value; the ledger's error is itself round-off."""
+    with open(one) as a, open(two) as b:
+        first, second = list(csv.reader(a)), list(csv.reader(b))
+    expect(first[0] == second[0] and len(first) == len(second), "other columns or rows:", len(first), len(second))
+    columns = [[[float(row[k]) for row in rows[1:]] for rows in (first, second)] for k in range(len(first[0]))]
+    vector = [name.split("[")[0].rsplit(").", 1)[0] for name in first[0]]  # the components of one have one scale
+    bad = []
+    for k, name in enumerate(first[0]):
+        scale = max(abs(value) for other, (values, _) in zip(vector, columns) if other == vector[k] for value in values)
+        worst = max(abs(a - b) for a, b in zip(*columns[k])) / max(scale, 1e-300)
+        if "ledger" not in name and worst > tolerance:
+            bad.append("%s by %.1e" % (name, worst))
+    return bad
+
+
+RANKS = {"static": 1e-9, "explicit": 1e-9, "implicit": 1e-9, "preload": 1e-9, "corotational": 1e-9}
+
+
+def ranks(cleave, folder, name, scene, mpi=("mpiexec", "--oversubscribe", "-n", "2")):
+    """Stopped on one rank, gone on with on two, ended on one: the history of the run on one, but for round-off."""
+    here = lay_out(os.path.join(folder, name), scene)
+    finish(cleave, here, "whole")
+    steps = summary(here, "whole")["run"]["steps"]
+    finish(cleave, here, "parts", "--stop-after", str(int(0.37 * steps)))
+    code, said = run([*mpi, *command(cleave, "parts", "--resume", "--stop-after", str(int(0.3 * steps)))], here)
+    expect(code == 0, name, "on two ranks gave", code, said)
+    expect(summary(here, "parts")["plan"]["ranks"] == 2, "not two ranks")
+    finish(cleave, here, "parts", "--resume")
+    bad = near(os.path.join(here, "whole", "history.csv"), os.path.join(here, "parts", "history.csv"), RANKS[name])
+    expect(not bad, name, "on one, two and one ranks differs in", ", ".join(bad))
 
 
 def told(folder, output):
