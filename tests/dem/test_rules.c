@@ -294,6 +294,98 @@ static PetscErrorCode TestKnownErrors(void)
 }
 CHECK_TEST(TestKnownErrors)
 
-static const struct CMUnitTest tests[] = {TEST(TestHundredTurns), TEST(TestForceIsGradient), TEST(TestZeroModesAndStep), TEST(TestKnownErrors)};
+/* Lattice of side^dim balls of radii 0.5/side (1 - part u), u in [0, 1), in a unit box. */
+static PetscErrorCode Lattice(PetscInt dim, PetscInt side, PetscReal part, TestBody *t)
+{
+  const PetscReal zero[3] = {0}, one[3] = {1, 1, 1};
+  const PetscInt  n = dim == 3 ? side * side * side : side * side;
+  uint64_t        seed = 4;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(t, sizeof(*t)));
+  PetscCall(DemBodyCreateBox(dim, zero, one, dim == 3 ? 1 : 0.3, &t->body));
+  t->packing.n = n;
+  PetscCall(PetscCalloc1(3 * n, &t->packing.x));
+  PetscCall(PetscMalloc1(n, &t->packing.r));
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscInt at[3] = {k % side, k / side % side, k / (side * side)};
+
+    for (PetscInt d = 0; d < dim; d++) t->packing.x[3 * k + d] = (at[d] + 0.5) / side;
+    t->packing.r[k] = 0.5 / side * (1 - part * TestRandom(&seed));
+  }
+  PetscCall(DemCellsCreate(&t->body, &t->packing, &t->cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The papers' load (4.48): p pi r^2 (2D: 2 p r t) along the inward normal at the centre of a particle on a pressed face, of each face apart at an edge,
+   no couple, nothing elsewhere. On a lattice of equal balls that is pi/4 of p times the face in space, all of it in the plane, and what stands below feels it. */
+static PetscErrorCode TestPressureOnSpheres(void)
+{
+  const PetscInt  side = 5;
+  const PetscReal pressure = 3; /* strains of 1e-10: linear */
+
+  PetscFunctionBeginUser;
+  for (PetscInt dim = 2; dim <= 3; dim++)
+    for (PetscInt scattered = 0; scattered < 2; scattered++) {
+      const char *const faces[] = {"xmin", dim == 3 ? "zmax" : "ymax"};
+      const PetscReal   thick = dim == 3 ? 1 : 0.3, none = 1e-9 * pressure / side;
+      DemRule           rule = RuleOf(dim, 1);
+      PetscReal        *x, *f, total = 0, below;
+      PetscInt          pressed = 0;
+      TestBody          body;
+      DemModel          model;
+      DemState          s;
+      Stepper           stepper;
+      Table             load, zero;
+
+      rule.sphere_pressure = PETSC_TRUE;
+      PetscCall(Lattice(dim, side, scattered ? 0.4 : 0, &body));
+      PetscCall(TestModelCreate(&body, dim == 3 ? DEM_SOLID : DEM_PLANE_STRAIN, 3e10, 0.2, &model));
+      PetscCall(DemModelSetRule(model, &rule));
+      PetscCall(TableCreateConstant(pressure, &load));
+      PetscCall(TableCreateConstant(0, &zero));
+      for (PetscInt k = 0; k < 2; k++) PetscCall(DemModelAddPressure(model, faces[k], &load));
+      PetscCall(DemModelFix(model, dim == 3 ? "zmin" : "ymin", dim - 1, DEM_DISPLACEMENT, &zero));
+      PetscCall(DemModelFix(model, "xmax", 0, DEM_DISPLACEMENT, &zero));
+      PetscCall(DemModelAddHistory(model, "reaction", dim == 3 ? "zmin" : "ymin"));
+      PetscCall(DemModelSetUp(model));
+      PetscCall(PetscCalloc2(TestUnknowns(model), &x, TestUnknowns(model), &f));
+      PetscCall(TestSetState(model, x));
+      PetscCall(TestGetForce(model, f)); /* nothing has moved: the loads alone */
+      PetscCall(DemModelGetState(model, &s));
+      for (PetscInt p = 0; p < s.n; p++) {
+        PetscReal want[3] = {0}, area = 0;
+
+        for (PetscInt k = 0; k < body.packing.n; k++) {
+          PetscReal apart = 0;
+
+          for (PetscInt d = 0; d < dim; d++) apart += PetscAbsReal(s.x0[d * s.n + p] - body.packing.x[3 * k + d]);
+          if (apart < 1e-9) area = dim == 3 ? PETSC_PI * PetscSqr(body.packing.r[k]) : 2 * body.packing.r[k] * thick;
+        }
+        if (s.x0[p] < 1.0 / side) want[0] = pressure * area;
+        if (s.x0[(dim - 1) * s.n + p] > 1 - 1.0 / side) want[dim - 1] = -pressure * area;
+        pressed += want[0] != 0 || want[dim - 1] != 0;
+        total += want[dim - 1];
+        for (PetscInt d = 0; d < dim; d++) CheckNear(f[d * s.n + p], want[d], none);
+        for (PetscInt d = 0; d < (dim == 3 ? 3 : 1); d++) CheckNear(f[(dim + d) * s.n + p], 0, none);
+      }
+      PetscCall(DemModelRestoreState(model, &s));
+      CheckNear(pressed, dim == 3 ? 2 * side * side - side : 2 * side - 1, 0);
+      if (!scattered) CheckClose(-total, pressure * (dim == 3 ? 0.25 * PETSC_PI : thick), 1e-12);
+      PetscCall(TestEquilibrium(model, 1e-10, x, NULL));
+      PetscCall(DemModelGetStepper(model, &stepper));
+      PetscCall(stepper.history(model, dim - 1, &below));
+      CheckClose(PetscAbsReal(below), -total, 1e-6);
+      PetscCall(PetscFree2(x, f));
+      PetscCall(TableDestroy(&load));
+      PetscCall(TableDestroy(&zero));
+      PetscCall(DemModelDestroy(&model));
+      PetscCall(TestBodyDestroy(&body));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestPressureOnSpheres)
+
+static const struct CMUnitTest tests[] = {TEST(TestHundredTurns), TEST(TestForceIsGradient), TEST(TestZeroModesAndStep), TEST(TestKnownErrors), TEST(TestPressureOnSpheres)};
 
 CHECK_MAIN(tests)
