@@ -83,7 +83,7 @@ PetscErrorCode DemRuleCheckLaw_Internal(DemModel model);
 PetscErrorCode DemRuleDestroy_Internal(DemModel model);
 PetscErrorCode DemRuleSave_Internal(DemModel model, Checkpoint checkpoint);
 PetscErrorCode DemRuleLoad_Internal(DemModel model, Checkpoint checkpoint);
-PetscErrorCode DemRuleStableStep_Internal(DemModel model, PetscReal *dt);
+PetscErrorCode DemRuleRate_Internal(DemModel model, PetscBool turned, PetscReal *rate);
 PetscReal      DemRuleStiffening_Internal(DemModel model); /* how much stiffer the Poisson term can make the network.  Eq. (4.49) */
 
 /* dem_rule_area.c */

@@ -253,11 +253,14 @@ PetscReal DemRuleStiffening_Internal(DemModel model)
 }
 
 /*
-  |w_q - w_p|^2 <= 2 |w_p|^2 + 2 |w_q|^2 for the motion w of either particle's contact point parts the particles, as in
+  Largest omega^2 by a bound per particle. |w_q - w_p|^2 <= 2 |w_p|^2 + 2 |w_q|^2 for the motion w of either particle's contact point parts the particles, as in
   (4.14); what is left is one 6 x 6 eigenvalue per particle. The Poisson term is bounded by the stiffness of confined
   compression over that of a free bar.  Eq. (4.49)
+
+  turned: the pairs may have broken and turned as far as they like. Their friction then acts half way between the two images of the
+  contact point, which can be as far from a centre as the other centre, while the slide still grows by the arm at rest: |a| d for |a|^2.  Eq. (4.72)
 */
-PetscErrorCode DemRuleStableStep_Internal(DemModel model, PetscReal *dt)
+PetscErrorCode DemRuleRate_Internal(DemModel model, PetscBool turned, PetscReal *rate)
 {
   const PetscInt  n = model->n, dim = model->dim;
   const DemBonds *b = &model->bonds;
@@ -278,6 +281,7 @@ PetscErrorCode DemRuleStableStep_Internal(DemModel model, PetscReal *dt)
     for (PetscInt side = 0; side < 2; side++) {
       const PetscInt  p = side ? b->q[e] : b->p[e];
       const PetscReal im = 1 / PetscSqrtReal(model->mass[p]), ii = 1 / PetscSqrtReal(model->inertia[p]), f = side ? net->part[e] - 1 : net->part[e];
+      const PetscReal arm = turned ? f / PetscSqrtReal(PetscMax(PetscAbsReal(f), PETSC_SMALL)) : f; /* of the distance */
       PetscReal(*B)[6] = (PetscReal(*)[6])(block + 36 * p);
 
       for (PetscInt r = 0; r < 3; r++) { /* k_s of the whole motion, k_n - k_s of its part along n */
@@ -285,8 +289,8 @@ PetscErrorCode DemRuleStableStep_Internal(DemModel model, PetscReal *dt)
         PetscReal       row[6] = {0};
 
         row[r]     = im;
-        row[3 + u] = ii * f * y[v];
-        row[3 + v] = -ii * f * y[u];
+        row[3 + u] = ii * arm * y[v];
+        row[3 + v] = -ii * arm * y[u];
         for (int i = 0; i < 6; i++)
           for (int j = 0; j < 6; j++) B[i][j] += 2 * net->ks[e] * row[i] * row[j];
       }
@@ -322,7 +326,7 @@ PetscErrorCode DemRuleStableStep_Internal(DemModel model, PetscReal *dt)
     worst = PetscMax(worst, largest);
   }
   PetscCall(PetscFree(block));
-  *dt = 2 / PetscSqrtReal(worst * (1 + model->alpha) * DemRuleStiffening_Internal(model));
+  *rate = worst * DemRuleStiffening_Internal(model);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

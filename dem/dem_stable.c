@@ -135,6 +135,12 @@ PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt)
   }
   model->bonds.now = carried;
   if (model->net) largest *= DemRuleStiffening_Internal(model);
+  if (model->net && model->net->hist) { /* what the intact body does says nothing about pairs that broke and turned */
+    PetscReal turned;
+
+    PetscCall(DemRuleRate_Internal(model, PETSC_TRUE, &turned));
+    largest = PetscMax(largest, turned);
+  }
   {
     PetscReal drag = 0;
 
@@ -210,7 +216,10 @@ PetscErrorCode DemModelGetStableStep(DemModel model, PetscReal *dt)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (model->net) {
-    PetscCall(DemRuleStableStep_Internal(model, dt));
+    PetscReal rate;
+
+    PetscCall(DemRuleRate_Internal(model, (PetscBool)(model->net->hist != NULL), &rate));
+    *dt = DemDampedStep_Internal(rate * (1 + model->alpha), 0);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(PetscCalloc2(n, &Q, 36 * n, &block));

@@ -1,6 +1,7 @@
 /* The published law of failure on two particles: closed forms of loading, unloading, closing, every way to fail.  docs/theory.md (4.50)-(4.63) */
 #include "check.h"
 #include "dem_solve.h"
+#include <petscblaslapack.h>
 
 static const DemRule kdem = {.elasticity = DEM_KDEM, .normal_factor = 1, .shear_factor = 1};
 
@@ -358,6 +359,116 @@ static PetscErrorCode TestRefusals(void)
 }
 CHECK_TEST(TestRefusals)
 
-static const struct CMUnitTest tests[] = {TEST(TestTension), TEST(TestShear), TEST(TestCompression), TEST(TestNoStrengthIsNoBond), TEST(TestNonlocalOnset), TEST(TestEnergyFallsWithDamage), TEST(TestRefusals)};
+/* All pairs broken, pressed together, sticking, and every particle turned at random by up to half a turn: no mode of the forces is faster than the step allows.
+   The highest frequency of the intact body alone would allow too much: that let a run of shale explode at 0.9 of it. */
+static PetscErrorCode TestTurnedPairs(void)
+{
+  const DemStrength strength = {.published = PETSC_TRUE, .tensile = 1, .delta_n = 0.2, .shear = 1, .delta_s = 0.2, .mu_dynamic = 0.6};
+  const PetscReal   low[3] = {0}, one[3] = {1, 1, 1}, press = 1e-3, h = 1e-7;
+
+  PetscFunctionBeginUser;
+  for (PetscInt dim = 2; dim <= 3; dim++) {
+    const DemPackingOptions options = {.count = dim == 3 ? 40 : 30, .spread = 0.45, .seed = 2};
+    PetscReal              *J, *f, *g, *base, *turn, *re, *im, *work, dt, none, most = 0;
+    PetscInt                broken = 0, bonds;
+    uint64_t                seed = 11;
+    PetscBLASInt            size, lwork, info, one_row = 1;
+    TestBody                body = {.packing.n = 0};
+    DemModel                model, intact;
+    DemState                s;
+    DemBondList             list;
+    Stepper                 stepper;
+
+    PetscCall(DemBodyCreateBox(dim, low, one, 1, &body.body));
+    PetscCall(DemPackingCreate(&body.body, &options, &body.packing));
+    PetscCall(DemCellsCreate(&body.body, &body.packing, &body.cells));
+    PetscCall(TestModelCreate(&body, dim == 3 ? DEM_SOLID : DEM_PLANE_STRAIN, YOUNG, 0.2, &intact));
+    PetscCall(DemModelSetRule(intact, &kdem));
+    PetscCall(DemModelSetUp(intact));
+    PetscCall(DemModelGetCriticalStep(intact, &none));
+    PetscCall(TestModelCreate(&body, dim == 3 ? DEM_SOLID : DEM_PLANE_STRAIN, YOUNG, 0.2, &model));
+    PetscCall(DemModelSetRule(model, &kdem));
+    PetscCall(DemModelSetStrength(model, &strength));
+    PetscCall(DemModelSetUp(model));
+    PetscCall(DemModelGetCriticalStep(model, &dt));
+    CheckBelow(dt, none);
+    CheckAbove(dt, 0.4 * none);
+    PetscCall(DemModelGetStepper(model, &stepper));
+    const PetscInt n = TestUnknowns(model), rows = dim == 3 ? 4 : 3;
+
+    size  = (PetscBLASInt)n;
+    lwork = 8 * size;
+    PetscCall(PetscMalloc4(n * n, &J, n, &f, n, &g, lwork, &work));
+    PetscCall(DemModelGetState(model, &s));
+    PetscCall(PetscMalloc4(dim * s.n, &base, rows * s.n, &turn, n, &re, n, &im));
+    for (PetscInt i = 0; i < dim * s.n; i++) s.u[i] = base[i] = -press * s.x0[i] + 1e-2 * press * TestRandom(&seed);
+    PetscCall(DemModelRestoreState(model, &s));
+    PetscCall(stepper.step(model, 0, 1e-300)); /* breaks them where they are */
+    PetscCall(DemModelGetBonds(model, &list));
+    for (PetscInt k = 0; k < list.n; k++) broken += list.damage[k] >= 1;
+    PetscCall(DemModelGetCounts(model, NULL, &bonds, NULL));
+    CheckInt(broken, bonds);
+    PetscCall(DemModelGetState(model, &s));
+    for (PetscInt p = 0; p < s.n; p++) {
+      const PetscReal angle = PETSC_PI * TestRandom(&seed);
+      PetscReal       axis[3], length = 0;
+
+      for (int d = 0; d < 3; d++) {
+        axis[d] = TestRandom(&seed) - 0.5;
+        length += axis[d] * axis[d];
+      }
+      if (dim == 2) {
+        turn[p]           = PetscSinReal(angle);
+        turn[s.n + p]     = -2 * PetscSqr(PetscSinReal(0.5 * angle));
+        turn[2 * s.n + p] = angle;
+      } else {
+        turn[p] = PetscCosReal(0.5 * angle);
+        for (int d = 0; d < 3; d++) turn[(1 + d) * s.n + p] = PetscSinReal(0.5 * angle) * axis[d] / PetscSqrtReal(length);
+      }
+    }
+    for (PetscInt i = -1; i < n; i++) { /* -1: the state itself; then each unknown by h on either side would be the same to 1e-6: one side */
+      const PetscReal by = i < 0 ? 0 : h / PetscSqrtReal(i < dim * s.n ? s.mass[i % s.n] : s.inertia[i % s.n]) * PetscSqrtReal(s.mass[0]);
+
+      PetscCall(PetscArraycpy(s.u, base, dim * s.n));
+      PetscCall(PetscArraycpy(s.rot, turn, rows * s.n));
+      if (i >= 0 && i < dim * s.n) s.u[i] += by;
+      else if (i >= 0 && dim == 2) {
+        const PetscInt  p = i % s.n;
+        const PetscReal a = turn[2 * s.n + p] + by;
+
+        s.rot[p]           = PetscSinReal(a);
+        s.rot[s.n + p]     = -2 * PetscSqr(PetscSinReal(0.5 * a));
+        s.rot[2 * s.n + p] = a;
+      } else if (i >= 0) { /* turned on by a small angle about axis d: (1, by/2 e_d) times q */
+        const PetscInt  p = i % s.n, d = i / s.n - 3, u = (d + 1) % 3, v = (d + 2) % 3;
+        const PetscReal w = turn[p], q[3] = {turn[s.n + p], turn[2 * s.n + p], turn[3 * s.n + p]};
+
+        s.rot[p]                 = w - 0.5 * by * q[d];
+        s.rot[(1 + d) * s.n + p] = q[d] + 0.5 * by * w;
+        s.rot[(1 + u) * s.n + p] = q[u] - 0.5 * by * q[v];
+        s.rot[(1 + v) * s.n + p] = q[v] + 0.5 * by * q[u];
+      }
+      PetscCall(DemModelComputeForces(model));
+      PetscCall(TestGetForce(model, i < 0 ? f : g));
+      for (PetscInt j = 0; j < n && i >= 0; j++)
+        J[i * n + j] = (g[j] - f[j]) / (h * PetscSqrtReal(s.mass[0])) / PetscSqrtReal(j < dim * s.n ? s.mass[j % s.n] : s.inertia[j % s.n]);
+    }
+    PetscCall(DemModelRestoreState(model, &s));
+    PetscCallBLAS("LAPACKgeev", LAPACKgeev_("N", "N", &size, J, &size, re, im, NULL, &one_row, NULL, &one_row, work, &lwork, &info));
+    CheckInt(info, 0);
+    for (PetscInt i = 0; i < n; i++) most = PetscMax(most, PetscSqrtReal(re[i] * re[i] + im[i] * im[i]));
+    print_message("           %dD: fastest mode of turned pairs %.3f of what the step bears, intact body %.3f\n", (int)dim, (double)(0.5 * dt * PetscSqrtReal(most)), (double)(dt / none));
+    CheckBelow(0.5 * dt * PetscSqrtReal(most), 1);
+    PetscCall(PetscFree4(base, turn, re, im));
+    PetscCall(PetscFree4(J, f, g, work));
+    PetscCall(DemModelDestroy(&model));
+    PetscCall(DemModelDestroy(&intact));
+    PetscCall(TestBodyDestroy(&body));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestTurnedPairs)
+
+static const struct CMUnitTest tests[] = {TEST(TestTension), TEST(TestShear), TEST(TestCompression), TEST(TestNoStrengthIsNoBond), TEST(TestNonlocalOnset), TEST(TestEnergyFallsWithDamage), TEST(TestTurnedPairs), TEST(TestRefusals)};
 
 CHECK_MAIN(tests)

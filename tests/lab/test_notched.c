@@ -1,7 +1,9 @@
 /*
   Bars with a notch on either side, drawn apart slowly (design: the fracture figures of notched bars). E G_f/sigma_t^2 = 350 mm is far more than the
   10 mm between the notches, so the whole ligament softens at once: its peak is sigma_t times the ligament, and it takes G_f times the ligament.
-  Options: -dim 2 -cell 2e-3 -transits 250 -seeds 1
+  Peak within 2 %, energy within 3 %: the design's marks. Half of the time goes into the first tenth of the elongation, where the strength is reached: the peak
+  feels the speed, the energy does not. Three cells across the ligament in space are too few: there the energy is 3 to 4 % too large (docs/validation says why).
+  Options: -dim 2 -cell 2e-3 -transits 250 -seeds 1 -seed 1 (the first)
 */
 #include "lab.h"
 
@@ -66,9 +68,9 @@ static PetscErrorCode Tear(PetscInt dim, PetscReal cell, PetscInt seed, PetscRea
   PetscCall(TestModelCreate(&body, dim == 3 ? DEM_SOLID : DEM_PLANE_STRESS, material.young, material.poisson, &model));
   PetscCall(DemModelSetMaterial(model, &material));
   PetscCall(DemModelSetStrength(model, &s));
-  for (int k = 0; k < 65; k++) { /* the speed grows: slow while the strength is reached is what counts */
+  for (int k = 0; k < 65; k++) { /* 0.1 end by T/2, then ever faster: slow while the strength is reached is what counts */
     t[k]    = k * T / 64;
-    v[k]    = end / T * t[k] / T;
+    v[k]    = end / T * (k < 32 ? 0.1 : 0.1 + 1.6 * (k - 32) / 32.0) * PetscMin(1, k / 4.0);
     half[k] = -v[k];
   }
   PetscCall(TableCreate(65, t, half, &left));
@@ -101,9 +103,9 @@ static PetscErrorCode Tear(PetscInt dim, PetscReal cell, PetscInt seed, PetscRea
     }
   print_message("           %dD cell %.1f mm seed %d, %d particles: peak %.4f energy %.4f residual %.4f crack area %.3f projected %.3f ledger %.1e\n", (int)dim, (double)(1e3 * cell), (int)seed,
                 (int)body.packing.n, (double)peak, (double)energy, (double)(pull / ligament / s.tensile), (double)area, (double)projected, (double)LedgerError(&ledger));
-  CheckNear(peak, 1, 0.03);
-  CheckNear(energy, 1, 0.05);
-  CheckNear(energy / projected, 1, 0.05); /* per projected area of what broke */
+  CheckNear(peak, 1, 0.02);
+  CheckNear(energy, 1, 0.03);
+  CheckNear(energy / projected, 1, 0.03); /* per projected area of what broke */
   CheckAbove(area, projected);
   CheckBelow(PetscAbsReal(pull / ligament / s.tensile), 0.02);
   CheckBelow(LedgerError(&ledger), 0.01);
@@ -116,15 +118,16 @@ static PetscErrorCode Tear(PetscInt dim, PetscReal cell, PetscInt seed, PetscRea
 
 static PetscErrorCode TestNotchedBars(void)
 {
-  PetscInt  dim = 2, seeds = 1;
+  PetscInt  dim = 2, seeds = 1, seed = 1;
   PetscReal cell = 2e-3, transits = 250;
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-dim", &dim, NULL));
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-seeds", &seeds, NULL));
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-seed", &seed, NULL));
   PetscCall(PetscOptionsGetReal(NULL, NULL, "-cell", &cell, NULL));
   PetscCall(PetscOptionsGetReal(NULL, NULL, "-transits", &transits, NULL));
-  for (PetscInt seed = 1; seed <= seeds; seed++) PetscCall(Tear(dim, cell, seed, transits));
+  for (const PetscInt first = seed; seed < first + seeds; seed++) PetscCall(Tear(dim, cell, seed, transits));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 CHECK_TEST(TestNotchedBars)
