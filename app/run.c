@@ -229,6 +229,24 @@ static PetscErrorCode WarnTurn(AppCase *c, AppEnd *end)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Linear triangles, tetrahedra and prisms near nu = 1/2 are stiffer than their material by any factor. */
+static PetscErrorCode WarnOfLocking(AppCase *c, AppEnd *end)
+{
+  const char *word;
+  PetscInt    elements;
+  PetscReal   poisson;
+
+  PetscFunctionBegin;
+  if (!c->fem) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(FemModelGetLocking(c->fem, &elements, &word, &poisson));
+  if (!elements) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(BaseFormat(end->warning[end->n_warnings], "%d elements (%s) lock at Poisson's ratio %.6g: they are stiffer than the material by far; use mesh.order: 2, or %s", (int)elements, word, (double)poisson,
+                       !strcmp(word, "quad4") || !strcmp(word, "hex8") ? "mesh.element: enhanced" : "quadrilaterals or hexahedra, which do not"));
+  if (!c->rank) fprintf(stderr, "warning: %s\n", end->warning[end->n_warnings]);
+  end->n_warnings++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A test that asked for its quasi-static quality, and was too fast for it. */
 static PetscErrorCode WarnOfHaste(AppCase *c, AppEnd *end)
 {
@@ -304,6 +322,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   PetscCall(AppSidesNow(&c));
   PetscCall(AppCracksWrite(&c, directory));
   if (!code) PetscCall(WarnTurn(&c, &end));
+  if (!code) PetscCall(WarnOfLocking(&c, &end));
   if (!code && c.method == APP_FEM && c.time != APP_MODAL) PetscCall(FemModelGetBalance(c.fem, &c.balance[0], &c.balance[1]));
   if (!code) PetscCall(WarnOfHaste(&c, &end));
   PetscCall(AppSwitchesWrite(&c, directory, &end));

@@ -115,7 +115,7 @@ static const SceneKey keys[] = {
   {"bodies.*.mesh.cells",                      SCENE_CHOICE, "",      "tri|tet",   NULL,         "tri quad tet hex", "2.5", "element shape", 0},
   {"bodies.*.mesh.order",                      SCENE_INT,    "-",     "auto",      NULL,         "1 2", "2.5, 2.30",  "of the shape functions: linear or quadratic; auto: 2, but 1 where steps are explicit and for hexahedra. A .msh file has its own", SCENE_AUTO},
   {"bodies.*.mesh.incomplete",                 SCENE_BOOL,   "",      "false",     NULL,         NULL, "2.30", "quadratic cells without nodes inside sides and cells: quad8, hex20 instead of quad9, hex27", 0},
-  {"bodies.*.mesh.element",                    SCENE_CHOICE, "",      "enhanced",  NULL,         "enhanced full", "2.32", "linear quadrilaterals and hexahedra: with strains of their own, so that they do not lock; or plain", 0},
+  {"bodies.*.mesh.element",                    SCENE_CHOICE, "",      "enhanced",  NULL,         "enhanced full", "2.32, 2.38", "free of locking: linear quadrilaterals and hexahedra with strains of their own, quadratic hexahedra and prisms with a linear volume change near nu = 1/2; or plain", 0},
   {"bodies.*.mesh.rotation",                   SCENE_CHOICE, "",      "small",     NULL,         "small corotational", "2.86", "corotational: elements turn as far as they like, of small strain in axes that turn with each; explicit only", 0},
   {"bodies.*.dem",                             SCENE_MAP,    "",      NULL,        NULL,         NULL, "3",   "bonded particles", SCENE_DEM | SCENE_REQUIRED},
   {"bodies.*.dem.group",                       SCENE_TEXT,   "",      NULL,        NULL,         NULL, "-",   "coupled: the physical group that is particles", 0},

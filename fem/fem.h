@@ -9,7 +9,7 @@ typedef struct _p_FemModel *FemModel; /* fields live in fem_impl.h */
 typedef enum { FEM_SOLID, FEM_PLANE_STRAIN, FEM_PLANE_STRESS } FemKind;
 typedef enum { FEM_STATIC, FEM_EXPLICIT, FEM_IMPLICIT, FEM_MODAL } FemMethod;
 typedef enum { FEM_DISPLACEMENT, FEM_VELOCITY } FemMotion;
-typedef enum { FEM_ENHANCED, FEM_FULL } FemElement; /* quad4 and hex8: free of locking, or plain with full integration */
+typedef enum { FEM_ENHANCED, FEM_FULL } FemElement; /* quad4, hex8, quadratic hexahedra and prisms: free of locking, or plain with full integration */
 
 typedef enum { FEM_SMALL, FEM_COROTATIONAL } FemRotation;
 
@@ -147,6 +147,9 @@ PetscErrorCode FemModelGetState(FemModel model, FemState *state);
 PetscErrorCode FemModelRestoreState(FemModel model, FemState *state);
 /* Largest turn of an element [rad] now or at a frame before: a small-strain body takes 1 - cos of it for strain. Eq. (2.85). Collective. */
 PetscErrorCode FemModelGetTurn(FemModel model, PetscReal *angle);
+/* Elements that lock near nu = 1/2: linear triangles, tetrahedra and prisms, and plain quad4 and hex8, of a material beyond nu = 0.45 that is not in
+   plane stress; what they are called (borrowed; of the first kind), and the largest such nu. Collective. */
+PetscErrorCode FemModelGetLocking(FemModel model, PetscInt *elements, const char **word, PetscReal *poisson);
 /* What is left of all forces on the body [N], and of their moment [N m]; round-off in a sound run. Eq. (2.84). Collective. */
 PetscErrorCode FemModelGetBalance(FemModel model, PetscReal *force, PetscReal *moment);
 PetscErrorCode FemModelGetCounts(FemModel model, PetscInt *nodes, PetscInt *elements, PetscInt *dofs); /* global */

@@ -86,6 +86,7 @@ static FemBatchKind KindOf(FemModel model, PetscInt c)
   PetscReal       x[FEM_MAX_DOFS];
 
   if (shape->type == MESH_HEX8) return FEM_BATCH_HEX8;
+  if (FemCellKind(model, c) == FEM_OWN_VOLUME) return FEM_BATCH_VOLUME;
   if (FemCellEnhanced(model, c)) return FEM_BATCH_DENSE;
   if (shape->type != MESH_TET10) return FEM_BATCH_POINTS;
   FemCellGather(model, c, model->x, x);
@@ -245,6 +246,15 @@ static PetscErrorCode Constants(FemModel model, FemBatchKind kind, PetscInt c, c
 
         at[dim * dim] = InverseAt(shape->nodes, dim, x, shape->dN[q], at) * shape->weight[q] * thick;
       }
+    if (kind == FEM_BATCH_VOLUME) {
+      PetscReal w[FEM_MAX_POINTS], *psi = &constant[shape->points * (dim * dim + 1)];
+      FemVolume volume;
+
+      for (PetscInt q = 0; q < shape->points; q++) w[q] = constant[q * (dim * dim + 1) + dim * dim];
+      FemVolumeCreate(shape, x, w, &volume);
+      for (PetscInt q = 0; q < shape->points; q++)
+        for (PetscInt m = 0; m <= dim; m++) psi[q * (dim + 1) + m] = volume.psi[q][m];
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -19,6 +19,7 @@ typedef enum {
   FEM_BATCH_TET10, /* straight sides: strain is linear, its values at the corners tell all.  Eqs (2.101), (2.102) */
   FEM_BATCH_HEX8,  /* any stiffness of a hex8 in a basis of sums and differences.  Eqs (2.103)-(2.106) */
   FEM_BATCH_POINTS, /* any shape, point by point.  Eq. (2.9) */
+  FEM_BATCH_VOLUME, /* point by point, the excess of lambda on a linear volume change.  Eqs (2.37), (2.38) */
   FEM_BATCH_DENSE  /* any stiffness, as a matrix: quad4 with strains of its own */
 } FemBatchKind;
 

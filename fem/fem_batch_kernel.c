@@ -84,6 +84,44 @@ FEM_INLINE void Points(PetscInt nodes, PetscInt dim, PetscInt points, const FemS
   }
 }
 
+/* As Points, and psi [points][4] after them: what lambda has in excess acts on what the volume change has of psi.  Eq. (2.38) */
+FEM_INLINE void Volume(PetscInt nodes, PetscInt points, const FemShape *shape, const FemElastic *law, const FemLanes *constant, const FemLanes *u, FemLanes *f)
+{
+  const PetscReal excess = FemVolumeExcess(shape, law);
+  const FemLanes *psi    = &constant[points * 10], zero = {0};
+  FemLanes        h[FEM_MAX_POINTS][3][3], div[FEM_MAX_POINTS], amount[4] = {zero, zero, zero, zero};
+
+  for (PetscInt k = 0; k < nodes * 3; k++) f[k] = zero;
+  for (PetscInt q = 0; q < points; q++) {
+    FemLanes g[3][3];
+
+    for (PetscInt i = 0; i < 3; i++)
+      for (PetscInt j = 0; j < 3; j++) g[i][j] = zero;
+    for (PetscInt a = 0; a < nodes; a++)
+      for (PetscInt i = 0; i < 3; i++)
+        for (PetscInt j = 0; j < 3; j++) g[i][j] += u[a * 3 + i] * shape->dN[q][a][j];
+    Turn(3, g, &constant[q * 10], PETSC_FALSE, h[q]);
+    div[q] = h[q][0][0] + h[q][1][1] + h[q][2][2];
+    for (PetscInt m = 0; m < 4; m++) amount[m] += constant[q * 10 + 9] * psi[q * 4 + m] * div[q];
+  }
+  for (PetscInt q = 0; q < points; q++) {
+    const FemLanes weight = constant[q * 10 + 9];
+    FemLanes       more = -div[q], t[3][3], g[3][3];
+
+    for (PetscInt m = 0; m < 4; m++) more += psi[q * 4 + m] * amount[m];
+    Stress(3, law, h[q], weight, t);
+    for (PetscInt i = 0; i < 3; i++) t[i][i] += excess * weight * more;
+    Turn(3, t, &constant[q * 10], PETSC_TRUE, g);
+    for (PetscInt a = 0; a < nodes; a++)
+      for (PetscInt i = 0; i < 3; i++) f[a * 3 + i] += g[i][0] * shape->dN[q][a][0] + g[i][1] * shape->dN[q][a][1] + g[i][2] * shape->dN[q][a][2];
+  }
+}
+
+FEM_CLONES static __attribute__((noinline)) void VolumeAny(const FemShape *shape, const FemElastic *law, const FemLanes *constant, const FemLanes *u, FemLanes *f)
+{
+  Volume(shape->nodes, shape->points, shape, law, constant, u, f);
+}
+
 FEM_CLONES static __attribute__((noinline)) void PointsAny(const FemShape *shape, const FemElastic *law, const FemLanes *constant, const FemLanes *u, FemLanes *f)
 {
   if (shape->dim == 2) Points(shape->nodes, 2, shape->points, shape, law, constant, u, f);
@@ -151,6 +189,11 @@ FEM_CLONES static __attribute__((noinline)) void Tet10Points(const FemShape *sha
 FEM_CLONES static __attribute__((noinline)) void Hex27Points(const FemShape *shape, const FemElastic *law, const FemLanes *constant, const FemLanes *u, FemLanes *f)
 {
   Points(27, 3, 27, shape, law, constant, u, f);
+}
+
+FEM_CLONES static __attribute__((noinline)) void Hex27Volume(const FemShape *shape, const FemElastic *law, const FemLanes *constant, const FemLanes *u, FemLanes *f)
+{
+  Volume(27, 27, shape, law, constant, u, f);
 }
 
 /* Sums and differences of eight numbers along three directions, in place: 1, x, xy, y, z, xz, xyz, yz from the corners of a hex8. Its own transpose but for signs. */
@@ -241,7 +284,7 @@ PetscInt FemBatchConstants(FemBatchKind kind, const FemShape *shape)
   if (kind == FEM_BATCH_TET10) return 10;
   if (kind == FEM_BATCH_HEX8) return FEM_HEX8_CONSTANTS;
   if (kind == FEM_BATCH_DENSE) return shape->nodes * shape->dim * shape->nodes * shape->dim;
-  return shape->points * (shape->dim * shape->dim + 1);
+  return shape->points * (shape->dim * shape->dim + 1 + (kind == FEM_BATCH_VOLUME ? shape->dim + 1 : 0));
 }
 
 void FemBatchForce(FemBatchKind kind, const FemShape *shape, const FemElastic *law, const FemLanes *constant, const FemLanes *u, FemLanes *f)
@@ -249,6 +292,8 @@ void FemBatchForce(FemBatchKind kind, const FemShape *shape, const FemElastic *l
   if (kind == FEM_BATCH_TET10) Tet10(law, constant, u, f);
   else if (kind == FEM_BATCH_HEX8) Hex8(law, constant, u, f);
   else if (kind == FEM_BATCH_DENSE) Dense(shape->nodes * shape->dim, constant, u, f);
+  else if (kind == FEM_BATCH_VOLUME && shape->type == MESH_HEX27) Hex27Volume(shape, law, constant, u, f);
+  else if (kind == FEM_BATCH_VOLUME) VolumeAny(shape, law, constant, u, f);
   else if (shape->type == MESH_TET10) Tet10Points(shape, law, constant, u, f);
   else if (shape->type == MESH_HEX27) Hex27Points(shape, law, constant, u, f);
   else PointsAny(shape, law, constant, u, f);

@@ -70,3 +70,33 @@ PetscErrorCode FemModelGetTurn(FemModel model, PetscReal *angle)
   *angle = model->turn;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode FemModelGetLocking(FemModel model, PetscInt *elements, const char **word, PetscReal *poisson)
+{
+  static const char *const words[] = {"tri3", "quad4", "tet4", "hex8", "prism6"};
+  static const MeshCellType types[] = {MESH_TRI3, MESH_QUAD4, MESH_TET4, MESH_HEX8, MESH_PRISM6};
+  PetscReal                 sum[5]  = {0, 0, 0, 0, 0};
+
+  PetscFunctionBegin;
+  PetscCheck(model && model->ready, PETSC_COMM_SELF, PETSC_ERR_ORDER, "Call FemModelSetUp() first");
+  *elements = 0;
+  *word     = NULL;
+  *poisson  = 0;
+  for (PetscInt c = 0; c < model->n_cells && model->kind != FEM_PLANE_STRESS; c++) {
+    const FemElastic *law = &model->law[model->cell_material[c]];
+    const PetscReal   nu  = law->general ? 0 : 0.5 * law->lambda / (law->lambda + law->mu);
+
+    for (PetscInt k = 0; k < 5; k++)
+      if (model->own[c] && model->cell_type[c] == (PetscInt)types[k] && nu > 0.45 && !FemCellEnhanced(model, c)) {
+        sum[k] += 1;
+        *poisson = PetscMax(*poisson, nu);
+      }
+  }
+  PetscCall(FemSum(model, 5, sum));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, poisson, 1, MPIU_REAL, MPIU_MAX, model->comm));
+  for (PetscInt k = 4; k >= 0; k--) {
+    *elements += (PetscInt)sum[k];
+    if (sum[k] > 0) *word = words[k];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

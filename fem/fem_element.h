@@ -122,6 +122,27 @@ void FemModesAdd(const FemShape *shape, const FemModes *modes, const PetscReal *
 /* strain [points][6] of the nodes' motion and the modes that go with it; modes NULL: of the nodes' alone, any shape. Plane: e_zz = 0. */
 void FemModesStrain(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemModes *modes, const PetscReal *u, PetscReal strain[][6]);
 
+/*
+  Volume change as a linear function of place in each element: quadratic hexahedra and prisms near nu = 1/2.  Eqs (2.37)-(2.39), fem_volume.c
+
+  Kept per element while it is worked on; no law in it.
+*/
+typedef struct {
+  PetscReal centre[3], root[4][4];  /* psi_m(x) = sum_k root[m][k] (1, x - centre)_k, orthonormal under the element's points */
+  PetscReal psi[FEM_MAX_POINTS][4]; /* at the points */
+} FemVolume;
+
+PetscReal FemVolumeExcess(const FemShape *shape, const FemElastic *law); /* what of lambda acts on the projected volume change [Pa]; 0: a plain element */
+void      FemVolumeCreate(const FemShape *shape, const PetscReal *x, const PetscReal *w, FemVolume *volume);
+/* As FemStiffness, FemForce. Only counts, dN and w are taken from shape: coarser functions on the same points will do. */
+void FemVolumeStiffness(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemVolume *volume, PetscReal *K);
+void FemVolumeForce(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemVolume *volume, const PetscReal *u, PetscReal *f);
+void FemVolumeBlocks(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemVolume *volume, PetscReal *block); /* [nodes][dim][dim] on the diagonal of K */
+/* How much of each psi [4] the volume change of u has; and e = B u at x made the strain that has the stress there. */
+void FemVolumeAmounts(const FemShape *shape, const PetscReal *dN, const PetscReal *w, const FemVolume *volume, const PetscReal *u, PetscReal amount[4]);
+void FemVolumeAdd(const FemShape *shape, const FemElastic *law, const FemVolume *volume, const PetscReal amount[4], const PetscReal x[3], PetscReal e[6]);
+void FemVolumeStrain(const FemShape *shape, const FemElastic *law, const PetscReal *dN, const PetscReal *w, const FemVolume *volume, const PetscReal *u, PetscReal strain[][6]); /* [points][6] */
+
 /* Upper bound of the largest eigenvalue of K x = w^2 m x [1/s2].  Eq. (2.13) */
 PetscReal FemEigenBound(PetscInt nodes, PetscInt dim, const PetscReal *K, const PetscReal *m);
 

@@ -225,6 +225,15 @@ typedef struct {
   PetscReal *force;               /* per batch [nodes][dim][FEM_LANES] */
 } FemBatches;
 
+/* How an element's strain differs from B u. */
+typedef enum { FEM_OWN_NONE, FEM_OWN_MODES, FEM_OWN_VOLUME } FemOwnKind; /* eqs (2.32), (2.37) */
+typedef struct {
+  FemOwnKind kind;
+  FemModes   modes;
+  FemVolume  volume;
+  PetscReal  amount[FEM_MODES]; /* of each mode, or of each psi */
+} FemOwn;
+
 typedef struct _FemMultigrid *FemMultigrid; /* fem_multigrid.c; NULL unless it preconditions */
 
 typedef struct _FemRecovery *FemRecovery; /* fem_recover.h; NULL until a recovered field, an error or a probe is asked for */
@@ -413,11 +422,13 @@ PetscErrorCode FemElementsCreate(FemModel model);
 PetscErrorCode FemElementsDestroy(FemModel model);
 PetscErrorCode FemApply(FemModel model, const PetscReal *u, PetscReal *f); /* f [n_own*dim] = K u, ghosts of u filled */
 void           FemCellGeometry(FemModel model, PetscInt cell, PetscReal *dN, PetscReal *w);
-PetscBool      FemCellEnhanced(FemModel model, PetscInt cell); /* has it strains of its own?  Eq. (2.32) */
+FemOwnKind     FemCellKind(FemModel model, PetscInt cell);
+PetscBool      FemCellEnhanced(FemModel model, PetscInt cell); /* is its strain other than B u? */
 void           FemCellStiffness(FemModel model, PetscInt cell, PetscReal *K); /* [n][n], as the cell is: plain or enhanced */
 void           FemCellForce(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal *f);
-/* The cell's own strains at displacement ue: its modes and how much of each [FEM_MODES]; false when it has none. */
-PetscBool      FemCellOwn(FemModel model, PetscInt cell, const PetscReal *ue, FemModes *modes, PetscReal *amount);
+/* The cell's own strains at displacement ue; and what they make of e = B u at a point xi, which is at x and has the Jacobian det. */
+void           FemCellOwn(FemModel model, PetscInt cell, const PetscReal *ue, FemOwn *own);
+void           FemOwnAdd(const FemShape *shape, const FemElastic *law, const FemOwn *own, const PetscReal xi[3], PetscReal det, const PetscReal x[3], PetscReal e[6]);
 /* [points][6] each, of displacement ue [nodes][dim], the cell's own strains in it; either may be NULL */
 void           FemCellStress(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal strain[][6], PetscReal stress[][6]);
 void           FemCellGather(FemModel model, PetscInt cell, const PetscReal *u, PetscReal *ue);

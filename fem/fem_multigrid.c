@@ -249,6 +249,17 @@ static PetscErrorCode DiagonalBlocks(FemModel model, PetscReal *block)
 
       FemCellGather(model, c, model->x, x);
       (void)FemGradients(shape, x, model->thickness, dN, w);
+      if (batch->kind == FEM_BATCH_VOLUME) {
+        FemVolume volume;
+        PetscReal own[FEM_MAX_NODES * 9];
+
+        for (PetscInt q = 0; q < shape->points && model->cell_weight; q++) w[q] *= model->cell_weight[model->cell_gid[c]];
+        FemVolumeCreate(shape, x, w, &volume);
+        FemVolumeBlocks(shape, law, dN, w, &volume, own);
+        for (PetscInt a = 0; a < shape->nodes; a++)
+          for (PetscInt e = 0; e < dim * dim && node[a] < model->n_own; e++) block[(size_t)node[a] * dim * dim + e] += own[a * dim * dim + e];
+        continue;
+      }
       for (PetscInt q = 0; q < shape->points; q++)
         for (PetscInt a = 0; a < shape->nodes; a++) {
           const PetscReal *g  = &dN[(q * shape->nodes + a) * dim], weight = w[q] * (model->cell_weight ? model->cell_weight[model->cell_gid[c]] : 1);
@@ -338,10 +349,17 @@ static void LinearStiffness(FemModel model, FemBatchKind kind, PetscInt c, FemSh
     }
   }
   view->type   = shape->type; /* a quadratic type: counts are taken from here */
+  view->linear = shape->linear;
   view->dim    = dim;
   view->nodes  = n;
   view->points = shape->points;
-  FemStiffness(view, law, flat, w, K);
+  if (kind == FEM_BATCH_VOLUME) {
+    FemVolume volume;
+
+    FemCellGather(model, c, model->x, x);
+    FemVolumeCreate(shape, x, w, &volume);
+    FemVolumeStiffness(view, law, flat, w, &volume, K);
+  } else FemStiffness(view, law, flat, w, K);
 }
 
 /* A row's columns, ascending; row [n_own + 1], col. Corners that share an element. */

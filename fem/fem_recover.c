@@ -72,7 +72,8 @@ void FemReadCell(FemModel model, PetscInt cell, PetscBool own, FemReading *readi
     FemCellGather(model, cell, model->u, u);
     FemCorotateSee(model, cell, u, reading->u, reading->turn);
   }
-  reading->own = own ? FemCellOwn(model, cell, reading->u, &reading->modes, reading->amount) : PETSC_FALSE;
+  reading->own.kind = FEM_OWN_NONE;
+  if (own || FemCellKind(model, cell) == FEM_OWN_VOLUME) FemCellOwn(model, cell, reading->u, &reading->own);
 }
 
 PetscReal FemRawStress(FemModel model, const FemReading *reading, const FemPoints *points, PetscInt q, PetscReal *s, PetscReal at[3])
@@ -89,7 +90,7 @@ PetscReal FemRawStress(FemModel model, const FemReading *reading, const FemPoint
     e[i]     = h[i][i];
     e[3 + i] = h[i][(i + 1) % 3] + h[(i + 1) % 3][i];
   }
-  if (reading->own) FemModesAdd(shape, &reading->modes, reading->amount, points->xi[q], det, e);
+  FemOwnAdd(shape, &model->law[model->cell_material[reading->cell]], &reading->own, points->xi[q], det, at, e);
   FemStressOf(dim, &model->law[model->cell_material[reading->cell]], e, s);
   if (model->corotate.on) { /* eq. (2.89) */
     PetscReal six[6] = {0};

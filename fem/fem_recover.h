@@ -54,11 +54,9 @@ typedef struct {
   PetscInt  cell;
   PetscReal x[FEM_MAX_DOFS], u[FEM_MAX_DOFS];
   PetscReal turn[3][3]; /* of a corotational element: u is then the motion from its own axes */
-  PetscBool own;
-  FemModes  modes;
-  PetscReal amount[FEM_MODES];
+  FemOwn    own;
 } FemReading;
-void FemReadCell(FemModel model, PetscInt cell, PetscBool own, FemReading *reading); /* own false: leave the own strains out, zero at the centre */
+void FemReadCell(FemModel model, PetscInt cell, PetscBool own, FemReading *reading); /* own false: leave the modes out, zero at the centre */
 /* Stress [parts] of the element's own displacement at point q, and the place; returns det J. */
 PetscReal FemRawStress(FemModel model, const FemReading *reading, const FemPoints *points, PetscInt q, PetscReal *s, PetscReal at[3]);
 void FemCellPlaces(FemModel model, PetscInt cell, PetscReal *x); /* [nodes][dim] [m] */

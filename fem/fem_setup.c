@@ -140,33 +140,43 @@ void FemCellGather(FemModel model, PetscInt cell, const PetscReal *u, PetscReal 
     for (PetscInt i = 0; i < dim; i++) ue[a * dim + i] = u[model->cell_node[first + a] * dim + i];
 }
 
-PetscBool FemCellEnhanced(FemModel model, PetscInt cell)
+FemOwnKind FemCellKind(FemModel model, PetscInt cell)
 {
-  return (PetscBool)(model->element == FEM_ENHANCED && FemModesHas(FemShapeGet((MeshCellType)model->cell_type[cell])));
+  const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
+
+  if (model->element != FEM_ENHANCED) return FEM_OWN_NONE;
+  return FemModesHas(shape) ? FEM_OWN_MODES : FemVolumeExcess(shape, &model->law[model->cell_material[cell]]) > 0 ? FEM_OWN_VOLUME : FEM_OWN_NONE;
 }
 
-/* Geometry of a cell, and its modes where it has them; returns those or NULL. */
-static const FemModes *CellModes(FemModel model, PetscInt cell, PetscReal *dN, PetscReal *w, FemModes *modes)
+PetscBool FemCellEnhanced(FemModel model, PetscInt cell)
 {
-  PetscReal x[FEM_MAX_DOFS];
+  return FemCellKind(model, cell) != FEM_OWN_NONE ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Geometry of a cell, and what its strain has beside B u; amounts are left alone. */
+static void CellOwn(FemModel model, PetscInt cell, PetscReal *dN, PetscReal *w, FemOwn *own)
+{
+  const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
+  PetscReal       x[FEM_MAX_DOFS];
 
   FemCellGeometry(model, cell, dN, w);
-  if (!FemCellEnhanced(model, cell)) return NULL;
+  own->kind = FemCellKind(model, cell);
+  if (own->kind == FEM_OWN_NONE) return;
   FemCellGather(model, cell, model->x, x);
-  FemModesCreate(FemShapeGet((MeshCellType)model->cell_type[cell]), &model->law[model->cell_material[cell]], x, w, modes);
-  return modes;
+  if (own->kind == FEM_OWN_MODES) FemModesCreate(shape, &model->law[model->cell_material[cell]], x, w, &own->modes);
+  else FemVolumeCreate(shape, x, w, &own->volume);
 }
 
 void FemCellStiffness(FemModel model, PetscInt cell, PetscReal *K)
 {
   const FemShape   *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
   const FemElastic *law   = &model->law[model->cell_material[cell]];
-  const FemModes   *modes;
-  FemModes          room;
+  FemOwn            own;
   PetscReal         dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS];
 
-  modes = CellModes(model, cell, dN, w, &room);
-  if (modes) FemModesStiffness(shape, law, dN, w, modes, K);
+  CellOwn(model, cell, dN, w, &own);
+  if (own.kind == FEM_OWN_MODES) FemModesStiffness(shape, law, dN, w, &own.modes, K);
+  else if (own.kind == FEM_OWN_VOLUME) FemVolumeStiffness(shape, law, dN, w, &own.volume, K);
   else FemStiffness(shape, law, dN, w, K);
 }
 
@@ -174,35 +184,45 @@ void FemCellForce(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal 
 {
   const FemShape   *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
   const FemElastic *law   = &model->law[model->cell_material[cell]];
-  const FemModes   *modes;
-  FemModes          room;
+  FemOwn            own;
   PetscReal         dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS];
 
-  modes = CellModes(model, cell, dN, w, &room);
-  if (modes) FemModesForce(shape, law, dN, w, modes, ue, f);
+  CellOwn(model, cell, dN, w, &own);
+  if (own.kind == FEM_OWN_MODES) FemModesForce(shape, law, dN, w, &own.modes, ue, f);
+  else if (own.kind == FEM_OWN_VOLUME) FemVolumeForce(shape, law, dN, w, &own.volume, ue, f);
   else FemForce(shape, law, dN, w, ue, f);
 }
 
-PetscBool FemCellOwn(FemModel model, PetscInt cell, const PetscReal *ue, FemModes *modes, PetscReal *amount)
+void FemCellOwn(FemModel model, PetscInt cell, const PetscReal *ue, FemOwn *own)
 {
-  PetscReal dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS];
+  const FemShape *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
+  PetscReal       dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS];
 
-  if (!FemCellEnhanced(model, cell)) return PETSC_FALSE;
-  (void)CellModes(model, cell, dN, w, modes);
-  FemModesAmounts(FemShapeGet((MeshCellType)model->cell_type[cell]), &model->law[model->cell_material[cell]], dN, w, modes, ue, amount);
-  return PETSC_TRUE;
+  if (FemCellKind(model, cell) == FEM_OWN_NONE) {
+    own->kind = FEM_OWN_NONE;
+    return;
+  }
+  CellOwn(model, cell, dN, w, own);
+  if (own->kind == FEM_OWN_MODES) FemModesAmounts(shape, &model->law[model->cell_material[cell]], dN, w, &own->modes, ue, own->amount);
+  else FemVolumeAmounts(shape, dN, w, &own->volume, ue, own->amount);
+}
+
+void FemOwnAdd(const FemShape *shape, const FemElastic *law, const FemOwn *own, const PetscReal xi[3], PetscReal det, const PetscReal x[3], PetscReal e[6])
+{
+  if (own->kind == FEM_OWN_MODES) FemModesAdd(shape, &own->modes, own->amount, xi, det, e);
+  else if (own->kind == FEM_OWN_VOLUME) FemVolumeAdd(shape, law, &own->volume, own->amount, x, e);
 }
 
 void FemCellStress(FemModel model, PetscInt cell, const PetscReal *ue, PetscReal strain[][6], PetscReal stress[][6])
 {
   const FemShape   *shape = FemShapeGet((MeshCellType)model->cell_type[cell]);
   const FemElastic *law   = &model->law[model->cell_material[cell]];
-  const FemModes   *modes;
-  FemModes          room;
+  FemOwn            own;
   PetscReal         dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], e[FEM_MAX_POINTS][6];
 
-  modes = CellModes(model, cell, dN, w, &room);
-  FemModesStrain(shape, law, dN, w, modes, ue, e);
+  CellOwn(model, cell, dN, w, &own);
+  if (own.kind == FEM_OWN_VOLUME) FemVolumeStrain(shape, law, dN, w, &own.volume, ue, e);
+  else FemModesStrain(shape, law, dN, w, own.kind == FEM_OWN_MODES ? &own.modes : NULL, ue, e);
   for (PetscInt q = 0; q < shape->points; q++) {
     if (stress) FemStress(law, shape->dim, e[q], stress[q]);
     if (shape->dim == 2) e[q][2] = FemStrainZZ(law, e[q]);

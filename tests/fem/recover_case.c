@@ -171,7 +171,7 @@ static PetscErrorCode Errors(MeshCellType type, PetscInt cells, PetscReal distor
         e[i]     = h[i][i];
         e[3 + i] = h[i][(i + 1) % 3] + h[(i + 1) % 3][i];
       }
-      if (reading.own) FemModesAdd(shape, &reading.modes, reading.amount, xi[q], dV / w[q], e);
+      FemOwnAdd(shape, &model->law[0], &reading.own, xi[q], dV / w[q], at, e);
       FemStress(&model->law[0], dim, e, mine);
       exact(at, want);
       for (PetscInt i = 0; i < FEM_PARTS(dim); i++) {

@@ -65,6 +65,7 @@ static PetscErrorCode OneBatch(MeshCellType type, FemBatchKind kind, PetscInt ge
 
   PetscFunctionBeginUser;
   PetscCall(Law(general, dim, &law));
+  if (kind == FEM_BATCH_VOLUME) law.lambda *= 10; /* excess there is */
   PetscCall(PetscMalloc1((m + 1) * sizeof(FemLanes), (char **)&room));
   constant = (FemLanes *)(((size_t)room + sizeof(FemLanes) - 1) / sizeof(FemLanes) * sizeof(FemLanes));
   PetscCall(PetscMalloc2(n * FEM_LANES, &want, n * n, &K));
@@ -88,6 +89,13 @@ static PetscErrorCode OneBatch(MeshCellType type, FemBatchKind kind, PetscInt ge
 
       FemModesCreate(shape, &law, x, w, &modes);
       FemModesStiffness(shape, &law, dN, w, &modes, K);
+    } else if (kind == FEM_BATCH_VOLUME) {
+      FemVolume volume;
+
+      FemVolumeCreate(shape, x, w, &volume);
+      FemVolumeStiffness(shape, &law, dN, w, &volume, K);
+      for (PetscInt q = 0; q < shape->points; q++)
+        for (PetscInt k = 0; k < 4; k++) one[shape->points * 10 + q * 4 + k] = volume.psi[q][k];
     } else FemStiffness(shape, &law, dN, w, K);
     if (kind == FEM_BATCH_HEX8) {
       PetscReal b[24] = {0}, volume = 0;
@@ -140,6 +148,7 @@ static PetscErrorCode TestKernelsAreTheStiffness(void)
     PetscCall(OneBatch(MESH_TET10, FEM_BATCH_TET10, general, PETSC_TRUE, PETSC_FALSE));
     PetscCall(OneBatch(MESH_HEX8, FEM_BATCH_HEX8, general, PETSC_FALSE, PETSC_FALSE));
     PetscCall(OneBatch(MESH_HEX8, FEM_BATCH_HEX8, general, PETSC_FALSE, PETSC_TRUE));
+    for (size_t t = 9; t < sizeof(type) / sizeof(type[0]); t++) PetscCall(OneBatch(type[t], FEM_BATCH_VOLUME, general, PETSC_FALSE, PETSC_FALSE));
     PetscCall(OneBatch(MESH_QUAD4, FEM_BATCH_DENSE, general, PETSC_FALSE, PETSC_TRUE));
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -24,13 +24,13 @@ static void Solid(const PetscReal x[3], PetscReal u[3])
 }
 
 /* Errors against the exact field: displacement at integration points, its gradient there too, but for linear cells at corners, where it is
-   not superconvergent. */
-static PetscErrorCode Errors(MeshCellType type, PetscInt cells, PetscReal distort, PetscReal *l2, PetscReal *energy)
+   not superconvergent; volume changes count at most as at nu = 0.3. */
+static PetscErrorCode Errors(MeshCellType type, PetscInt cells, PetscReal distort, PetscReal nu, PetscReal *l2, PetscReal *energy)
 {
   const PetscInt    dim       = MeshCellDim(type);
   const CaseField   field     = dim == 2 ? Plane : Solid;
-  const FemMaterial m         = {1, 1e6, 0.3};
-  const PetscReal   length[3] = {1, 1, 1}, lambda = 1e6 * 0.3 / (1.3 * 0.4), mu = 1e6 / 2.6;
+  const FemMaterial m         = {1, 1e6, nu};
+  const PetscReal   length[3] = {1, 1, 1}, mu = 5e5 / (1 + nu), lambda = PetscMin(2 * nu / (1 - 2 * nu), 1.5) * mu;
   const PetscInt    n[3]      = {cells, cells, cells};
   const FemShape   *shape     = FemShapeGet(type);
   PetscInt         *surface, n_surface;
@@ -100,27 +100,27 @@ static PetscErrorCode Errors(MeshCellType type, PetscInt cells, PetscReal distor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckOrder(MeshCellType type, PetscInt coarse, PetscReal distort)
+static PetscErrorCode CheckOrder(MeshCellType type, PetscInt coarse, PetscReal distort, PetscReal nu, PetscReal lost)
 {
   const PetscInt p = type == MeshCellLinear(type) ? 1 : 2;
   PetscReal      l2[2], energy[2];
 
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < 2; k++) PetscCall(Errors(type, coarse << k, distort, &l2[k], &energy[k]));
-  printf("  gmsh type %d, %d and %d cells a side: displacement order %.2f, energy order %.2f\n", (int)type, (int)coarse, (int)coarse * 2, log2(l2[0] / l2[1]), log2(energy[0] / energy[1]));
-  CheckAbove(log2(l2[0] / l2[1]), p + 1 - 0.1 * p);
-  CheckAbove(log2(energy[0] / energy[1]), p - 0.1 * p);
+  for (PetscInt k = 0; k < 2; k++) PetscCall(Errors(type, coarse << k, distort, nu, &l2[k], &energy[k]));
+  printf("  gmsh type %d, nu %.4f, %d and %d cells a side: displacement order %.2f, energy order %.2f\n", (int)type, (double)nu, (int)coarse, (int)coarse * 2, log2(l2[0] / l2[1]), log2(energy[0] / energy[1]));
+  CheckAbove(log2(l2[0] / l2[1]), p + 1 - 0.1 * p - lost);
+  CheckAbove(log2(energy[0] / energy[1]), p - 0.1 * p - lost);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode TestLinear(void)
 {
   PetscFunctionBeginUser;
-  PetscCall(CheckOrder(MESH_TRI3, 16, 0.2));
-  PetscCall(CheckOrder(MESH_QUAD4, 16, 0.2));
-  PetscCall(CheckOrder(MESH_TET4, 6, 0.2));
-  PetscCall(CheckOrder(MESH_HEX8, 6, 0.2));
-  PetscCall(CheckOrder(MESH_PRISM6, 6, 0.2));
+  PetscCall(CheckOrder(MESH_TRI3, 16, 0.2, 0.3, 0));
+  PetscCall(CheckOrder(MESH_QUAD4, 16, 0.2, 0.3, 0));
+  PetscCall(CheckOrder(MESH_TET4, 6, 0.2, 0.3, 0));
+  PetscCall(CheckOrder(MESH_HEX8, 6, 0.2, 0.3, 0));
+  PetscCall(CheckOrder(MESH_PRISM6, 6, 0.2, 0.3, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -128,18 +128,32 @@ static PetscErrorCode TestLinear(void)
 static PetscErrorCode TestQuadratic(void)
 {
   PetscFunctionBeginUser;
-  PetscCall(CheckOrder(MESH_TRI6, 8, 0.2));
-  PetscCall(CheckOrder(MESH_QUAD9, 8, 0.2));
-  PetscCall(CheckOrder(MESH_QUAD8, 8, 0));
-  PetscCall(CheckOrder(MESH_TET10, 2, 0.1));
-  PetscCall(CheckOrder(MESH_HEX27, 2, 0.1));
-  PetscCall(CheckOrder(MESH_HEX20, 2, 0));
-  PetscCall(CheckOrder(MESH_PRISM18, 2, 0.1));
-  PetscCall(CheckOrder(MESH_PRISM15, 2, 0));
+  PetscCall(CheckOrder(MESH_TRI6, 8, 0.2, 0.3, 0));
+  PetscCall(CheckOrder(MESH_QUAD9, 8, 0.2, 0.3, 0));
+  PetscCall(CheckOrder(MESH_QUAD8, 8, 0, 0.3, 0));
+  PetscCall(CheckOrder(MESH_TET10, 2, 0.1, 0.3, 0));
+  PetscCall(CheckOrder(MESH_HEX27, 2, 0.1, 0.3, 0));
+  PetscCall(CheckOrder(MESH_HEX20, 2, 0, 0.3, 0));
+  PetscCall(CheckOrder(MESH_PRISM18, 2, 0.1, 0.3, 0));
+  PetscCall(CheckOrder(MESH_PRISM15, 2, 0, 0.3, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u = x^2, v = y^2 - 2xy, w = z^2 - 2yz with lambda = mu = 1: a constant body force holds it, and affine quadratic cells have it exactly.  Notes P4 */
+/* The field keeps its volume, and so do these elements, as well as at nu = 0.3; but 15 nodes of a prism are too few for four volume changes, and
+   half an order is lost. */
+static PetscErrorCode TestNearlyIncompressible(void)
+{
+  PetscFunctionBeginUser;
+  PetscCall(CheckOrder(MESH_QUAD4, 16, 0.2, 0.4999, 0));
+  PetscCall(CheckOrder(MESH_HEX8, 6, 0.2, 0.4999, 0));
+  PetscCall(CheckOrder(MESH_HEX27, 2, 0.1, 0.4999, 0));
+  PetscCall(CheckOrder(MESH_HEX20, 2, 0, 0.4999, 0));
+  PetscCall(CheckOrder(MESH_PRISM18, 2, 0.1, 0.4999, 0));
+  PetscCall(CheckOrder(MESH_PRISM15, 2, 0, 0.4999, 0.7));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* u = x^2, v = y^2 - 2xy, w = z^2 - 2yz with mu = 1: a constant body force holds it, and affine quadratic cells have it exactly.  Notes P4 */
 static void Squares(const PetscReal x[3], PetscReal u[3])
 {
   u[0] = x[0] * x[0];
@@ -150,12 +164,14 @@ static void Squares(const PetscReal x[3], PetscReal u[3])
 static PetscErrorCode TestQuadraticFieldIsExact(void)
 {
   const MeshCellType types[8]  = {MESH_TRI6, MESH_QUAD8, MESH_QUAD9, MESH_TET10, MESH_HEX20, MESH_HEX27, MESH_PRISM15, MESH_PRISM18};
-  const FemMaterial  m         = {2, 2.5, 0.25};
-  const PetscReal    length[3] = {1, 1, 1}, flat[3] = {-2. / 2, -(2. + 4) / 2, 0}, solid[3] = {-2. / 2, -2. / 2, -(2. + 4) / 2};
+  const PetscReal    length[3] = {1, 1, 1};
   const PetscInt     n[3]      = {2, 2, 2};
 
   PetscFunctionBeginUser;
-  for (PetscInt t = 0; t < 8; t++) {
+  for (PetscInt k = 0; k < 16; k++) {
+    const PetscInt    t  = k / 2;
+    const PetscReal   nu = k % 2 ? 0.49 : 0.25, lambda = 2 * nu / (1 - 2 * nu), flat[3] = {-2. / 2, -(4 + 2 * lambda) / 2, 0}, solid[3] = {-2. / 2, -2. / 2, -(4 + 2 * lambda) / 2};
+    const FemMaterial m  = {2, 2 * (1 + nu), nu};
     Mesh       mesh;
     FemModel   model;
     PetscInt  *surface, n_surface;
@@ -189,7 +205,8 @@ static PetscErrorCode TestQuadraticFieldIsExact(void)
 
 CHECK_TEST(TestLinear)
 CHECK_TEST(TestQuadratic)
+CHECK_TEST(TestNearlyIncompressible)
 CHECK_TEST(TestQuadraticFieldIsExact)
 
-static const struct CMUnitTest tests[] = {TEST(TestLinear), TEST(TestQuadratic), TEST(TestQuadraticFieldIsExact)};
+static const struct CMUnitTest tests[] = {TEST(TestLinear), TEST(TestQuadratic), TEST(TestNearlyIncompressible), TEST(TestQuadraticFieldIsExact)};
 CHECK_MAIN(tests)
