@@ -74,9 +74,9 @@ PetscErrorCode FemModelGetResidual(FemModel model, const PetscReal *outside, Pet
 PetscErrorCode FemModelStartHere(FemModel model);
 /* Elements that turn as far as they like, of small strain in axes that turn with each. Explicit, isotropic. Eqs (2.86)-(2.89) */
 PetscErrorCode FemModelSetRotation(FemModel model, FemRotation rotation);
-/* Nodes of the group (any dimension) against a rigid plane through point, its normal towards the body; friction mu against sliding (explicit only),
-   restitution in [0, 1] of what a node has when it meets the plane; velocity [3] tables of the plane's motion [m/s], n = 0 at rest, or NULL.
-   Explicit and static. The push is part of the group's reaction. Eqs (2.120)-(2.130) */
+/* Nodes of the group (any dimension) against a rigid plane through point, its normal towards the body; friction mu against sliding,
+   restitution in [0, 1] of what a node has when it meets the plane (explicit only); velocity [3] tables of the plane's motion [m/s], n = 0 at rest, or
+   NULL. The push is part of the group's reaction; of an implicit step its mean. Eqs (2.120)-(2.139) */
 PetscErrorCode FemModelAddPlane(FemModel model, const char *group, const PetscReal point[3], const PetscReal normal[3], PetscReal friction, PetscReal restitution, const Table *velocity);
 /* A facet group that lets waves out: dashpots rho c_p and rho c_s of the material behind it. Eqs (2.60)-(2.62) */
 PetscErrorCode FemModelAddAbsorber(FemModel model, const char *group);

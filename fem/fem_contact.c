@@ -4,7 +4,7 @@
   Explicit steps: a node that would pass the plane by the end of the step is put on it, by the force that does so; no spring, so the critical step stays
   as it is. What the node loses when it meets the plane is its lumped share of a body that would lose nothing; it is kept in account and
   given back, times the square of the restitution, when the body pulls the node off. Friction takes up to mu times the push from sliding.
-  Static equilibrium is in fem_contact_static.c.
+  Static equilibrium is in fem_contact_solve.c, implicit steps in fem_contact_implicit.c besides.
 */
 #include "fem_impl.h"
 
@@ -103,14 +103,8 @@ PetscErrorCode FemSetUpContact(FemModel model)
 
   PetscFunctionBegin;
   if (!c->n_planes) PetscFunctionReturn(PETSC_SUCCESS);
-  BaseCheckInput(model->method == FEM_EXPLICIT || model->method == FEM_STATIC, model->comm, "Contact with a plane needs the explicit or the static method");
   BaseCheckInput(model->local == 0, model->comm, "Contact with a plane and local damping do not go together: it damps the forces that hold a node on the plane; use viscous damping");
-  for (PetscInt p = 0; p < c->n_planes; p++) {
-    const FemGroup *group = &model->group[c->plane[p].group];
-
-    BaseCheckInput(model->method == FEM_EXPLICIT || c->plane[p].friction == 0, model->comm, "Group '%s' meets a plane with friction, which a static step does not follow; use the explicit method, or friction 0", group->name);
-    c->n += group->n_nodes;
-  }
+  for (PetscInt p = 0; p < c->n_planes; p++) c->n += model->group[c->plane[p].group].n_nodes;
   PetscCall(PetscMalloc1(2 * c->n, &pair));
   for (PetscInt p = 0, k = 0; p < c->n_planes; p++)
     for (PetscInt i = 0; i < model->group[c->plane[p].group].n_nodes; i++, k++) {
@@ -127,7 +121,7 @@ PetscErrorCode FemSetUpContact(FemModel model)
     c->of[e]   = pair[2 * e + 1];
     c->gap[e]  = RestGap(model, plane, c->node[e]);
     if (HeldAcross(model, c->node[e], plane->normal) > 1e-9) bad[0] = PetscMin(bad[0], model->gid[c->node[e]]);
-    if (model->method == FEM_STATIC && e && c->node[e - 1] == c->node[e]) bad[1] = PetscMin(bad[1], model->gid[c->node[e]]);
+    if (model->method != FEM_EXPLICIT && e && c->node[e - 1] == c->node[e]) bad[1] = PetscMin(bad[1], model->gid[c->node[e]]);
   }
   PetscCall(PetscFree(pair));
   PetscCallMPI(MPI_Allreduce(bad, first, 2, MPIU_INT, MPI_MIN, model->comm));
@@ -136,7 +130,7 @@ PetscErrorCode FemSetUpContact(FemModel model)
     tag = model->rank == 0 ? model->id_all[first[k]] : 0;
     PetscCallMPI(MPI_Bcast(&tag, 1, MPIU_INT, 0, model->comm));
     BaseCheckInput(k != 0, model->comm, "%s: node %d meets a plane and is held across it; take it out of the support, or out of the group that meets the plane", model->source, (int)tag);
-    BaseCheckInput(k != 1, model->comm, "%s: node %d meets two planes, which a static step does not follow; give each plane its own group", model->source, (int)tag);
+    BaseCheckInput(k != 1, model->comm, "%s: node %d meets two planes, which a static or implicit step does not follow; give each plane its own group", model->source, (int)tag);
   }
   for (PetscInt e = 0; e < c->n; e++) {
     PetscInt at = -1;
@@ -146,7 +140,7 @@ PetscErrorCode FemSetUpContact(FemModel model)
     PetscCheck(at < 0, PETSC_COMM_SELF, PETSC_ERR_USER_INPUT, "%s: group '%s' meets a plane and shares a node with an absorbing side; it can do one of them", model->source, model->group[c->plane[c->of[e]].group].name);
   }
   if (model->method == FEM_EXPLICIT) PetscCall(PetscCalloc1(model->n_own * dim, &c->outside));
-  if (model->method == FEM_STATIC || model->preload) PetscCall(FemContactStaticSetUp(model));
+  if (model->method != FEM_EXPLICIT || model->preload) PetscCall(FemContactSolveSetUp(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -326,7 +320,7 @@ PetscReal FemContactAdvance(FemModel model)
 PetscErrorCode FemContactSave(FemModel model, Checkpoint checkpoint)
 {
   FemContact     *c        = &model->contact;
-  const PetscInt  m        = c->n_planes, n = m * model->N_nodes;
+  const PetscInt  width = model->method == FEM_EXPLICIT ? 1 : 4, m = c->n_planes * width, n = m * model->N_nodes;
   const PetscReal state[2] = {c->contact, c->friction};
   PetscReal      *own, *all;
 
@@ -334,7 +328,12 @@ PetscErrorCode FemContactSave(FemModel model, Checkpoint checkpoint)
   if (!m) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(m * model->n_own, &own));
   PetscCall(PetscMalloc1(model->rank == 0 ? n : 0, &all));
-  for (PetscInt e = 0; e < c->n; e++) own[c->node[e] * m + c->of[e]] = model->method == FEM_STATIC ? c->normal[e] : c->held[e];
+  for (PetscInt e = 0; e < c->n; e++) {
+    PetscReal *to = &own[c->node[e] * m + c->of[e] * width];
+
+    to[0] = model->method == FEM_EXPLICIT ? c->held[e] : c->normal[e];
+    for (PetscInt d = 1; d < width; d++) to[d] = c->push[3 * e + d - 1];
+  }
   PetscCall(FemGather(model, model->home, m, own, all));
   PetscCall(CheckpointWriteReal(checkpoint, "fem/contact", n, all));
   PetscCall(CheckpointWriteReal(checkpoint, "fem/contact_state", 2, state));
@@ -346,7 +345,7 @@ PetscErrorCode FemContactSave(FemModel model, Checkpoint checkpoint)
 PetscErrorCode FemContactLoad(FemModel model, Checkpoint checkpoint)
 {
   FemContact    *c = &model->contact;
-  const PetscInt m = c->n_planes, n = m * model->N_nodes;
+  const PetscInt width = model->method == FEM_EXPLICIT ? 1 : 4, m = c->n_planes * width, n = m * model->N_nodes;
   PetscReal      state[2], *own, *all;
 
   PetscFunctionBegin;
@@ -356,12 +355,11 @@ PetscErrorCode FemContactLoad(FemModel model, Checkpoint checkpoint)
   PetscCall(CheckpointReadReal(checkpoint, "fem/contact_state", 2, state));
   PetscCall(FemScatter(model, model->home, m, all, own));
   for (PetscInt e = 0; e < c->n; e++) {
-    const PetscReal value = own[c->node[e] * m + c->of[e]];
+    const PetscReal *from = &own[c->node[e] * m + c->of[e] * width];
 
-    if (model->method == FEM_STATIC) {
-      c->normal[e] = value;
-      for (PetscInt d = 0; d < model->dim; d++) c->push[3 * e + d] = value * c->plane[c->of[e]].normal[d];
-    } else c->held[e] = value;
+    if (model->method == FEM_EXPLICIT) c->held[e] = from[0];
+    else c->normal[e] = from[0];
+    for (PetscInt d = 1; d < width; d++) c->push[3 * e + d - 1] = from[d];
   }
   c->contact  = state[0];
   c->friction = state[1];
@@ -381,6 +379,7 @@ PetscErrorCode FemContactDestroy(FemModel model)
   PetscCall(PetscFree2(c->taken, c->kick));
   PetscCall(PetscFree(c->outside));
   PetscCall(PetscFree2(c->spring, c->begin));
+  PetscCall(PetscFree5(c->direction, c->idle, c->before, c->stiff, c->state));
   PetscCall(PetscFree(c->flexible));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

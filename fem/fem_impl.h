@@ -159,7 +159,10 @@ typedef struct {
   Table     velocity[3]; /* n = 0: at rest [m/s] */
 } FemPlane;
 
-/* Nodes against planes.  fem_contact.c, fem_contact_static.c */
+/* What a node does on its plane, where the matrix decides: FEM_STICK is touching, without friction too. */
+enum { FEM_CLEAR, FEM_STICK, FEM_SLIDE };
+
+/* Nodes against planes.  fem_contact.c, fem_contact_solve.c, fem_contact_implicit.c */
 typedef struct {
   PetscInt   n_planes;
   FemPlane  *plane;
@@ -170,9 +173,16 @@ typedef struct {
   char      *kick;          /* explicit: [n] this level's push gives it back */
   PetscReal *outside;       /* explicit: [n_own*dim] forces from outside, pushes among them */
   PetscReal  contact, friction; /* [J] up to the last level but for its second half, all ranks */
-  PetscReal   *spring;      /* static: [n] [N/m] */
-  PetscMPIInt *begin;       /* static: [size + 1] entries of each rank */
-  PetscReal   *flexible;    /* static: [N][N] motion across under unit pushes [m/N]; NULL until it is needed */
+  /* static and implicit */
+  PetscInt     parts;       /* directions of an entry: 1, with friction dim */
+  PetscReal   *direction;   /* [n][parts][3] unit: the plane's normal, then along it */
+  char        *idle;        /* [n][parts] held along it */
+  PetscReal   *before;      /* [n][parts] motion against the plane where the step began [m] */
+  PetscReal   *spring, *stiff; /* [n] in the matrix for its sake; of the matrix at the node [N/m] */
+  char        *state;       /* [n] FEM_CLEAR, ... */
+  PetscBool    touching;    /* any node of any rank */
+  PetscMPIInt *begin;       /* [size + 1] entries of each rank */
+  PetscReal   *flexible;    /* [N parts][N parts] motion under unit pushes [m/N]; NULL until it is needed */
 } FemContact;
 
 /* Newmark and generalised-alpha.  fem_implicit.c */
@@ -451,7 +461,7 @@ PetscErrorCode FemMassRows(FemModel model, PetscReal **mass);
 PetscErrorCode FemModalSetUp(FemModel model);
 void           FemMassApply(FemModel model, const PetscReal *mass, const PetscReal *x, PetscReal *f);
 void           FemMassAddToRows(FemModel model, const PetscReal *mass, PetscReal stiffness, PetscReal inertia, PetscReal *value);
-PetscErrorCode FemMassSolve(FemModel model, const PetscReal *mass, PetscReal *f, PetscReal *a);
+PetscErrorCode FemMassSolve(FemModel model, const PetscReal *mass, PetscBool planes, PetscReal *f, PetscReal *a);
 /* fem_solver.c */
 PetscErrorCode FemMatrixCreate(FemModel model, const PetscReal *value, PetscReal *diagonal, Mat *matrix);
 PetscErrorCode FemSolverCreate(FemModel model, const PetscReal *value); /* values in the pattern of rows; not read where FemSolverWants() says FEM_TWO_LEVEL */
@@ -477,13 +487,20 @@ PetscReal      FemContactAdvance(FemModel model);
 PetscErrorCode FemContactSave(FemModel model, Checkpoint checkpoint);
 PetscErrorCode FemContactLoad(FemModel model, Checkpoint checkpoint);
 PetscErrorCode FemContactDestroy(FemModel model);
-/* fem_contact_static.c */
-PetscErrorCode FemContactStaticSetUp(FemModel model);
-void           FemContactStiffen(FemModel model, PetscReal *value);
-PetscErrorCode FemContactSolve(FemModel model, PetscReal t);
+/* fem_contact_solve.c */
+PetscErrorCode FemContactSolveSetUp(FemModel model);
+PetscErrorCode FemContactStiffen(FemModel model, PetscReal *value); /* springs into the rows of a static matrix */
+PetscErrorCode FemContactWeigh(FemModel model, const PetscReal *value); /* of a matrix that needs none */
+void           FemContactBegin(FemModel model, PetscReal t, const PetscReal *u);
+PetscErrorCode FemContactSolve(FemModel model, PetscReal t, const PetscReal *known);
+void           FemContactWork(FemModel model, PetscReal from, PetscReal to, const PetscReal *old_u, const PetscReal *push, const PetscReal *normal, PetscReal sum[3]);
+/* fem_contact_implicit.c */
+PetscErrorCode FemContactImplicit(FemModel model, PetscReal t, PetscReal h, const PetscReal *old_u); /* once the step's motion is booked */
+void           FemContactKeepFree(FemModel model, PetscReal *a);
 /* fem_start.c, fem_implicit.c */
 PetscErrorCode FemStart(FemModel model);
 PetscErrorCode FemImplicitSetUp(FemModel model);
+PetscErrorCode FemImplicitDrag(FemModel model, const PetscReal *v, PetscReal *f, PetscReal *work); /* f [n_own*dim] = C v */
 PetscErrorCode FemImplicitLevel(FemModel model);
 PetscErrorCode FemImplicitStep(void *ctx, PetscReal t, PetscReal dt);
 PetscErrorCode FemImplicitDestroy(FemModel model);

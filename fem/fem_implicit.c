@@ -37,6 +37,7 @@ static PetscErrorCode Factor(FemModel model, PetscReal h)
   PetscCall(PetscMalloc1((size_t)rows->start[model->n_own] * model->dim * model->dim, &value));
   FemMassAddToRows(model, im->mass, lag + drag * model->stiff_damping, (1 - im->am) * unit + drag * model->alpha, value);
   FemAbsorbAddToRows(model, drag, value);
+  PetscCall(FemContactWeigh(model, value));
   FemRowsIntoFrames(model, value);
   PetscCall(FemSolverCreate(model, value));
   PetscCall(PetscFree(value));
@@ -45,7 +46,7 @@ static PetscErrorCode Factor(FemModel model, PetscReal h)
 }
 
 /* C v of eq. (2.51); v [n_loc*dim] with ghosts filled, f [n_own*dim] out, work [n_own*dim]. */
-static PetscErrorCode Drag(FemModel model, const PetscReal *v, PetscReal *f, PetscReal *work)
+PetscErrorCode FemImplicitDrag(FemModel model, const PetscReal *v, PetscReal *f, PetscReal *work)
 {
   const PetscInt n = model->n_own * model->dim;
 
@@ -93,7 +94,7 @@ PetscErrorCode FemImplicitSetUp(FemModel model)
   for (PetscInt k = 0; k < model->n_fixes; k++) im->place[k] = model->fix[k].motion == FEM_VELOCITY ? TableSlope(&model->fix[k].table, 0) : 0;
   FemProjectTo(model, im->place, im->a);
   PetscCall(Blend(model, 1, model->v, 0, model->v, im->x));
-  PetscCall(Drag(model, im->x, im->p, im->q));
+  PetscCall(FemImplicitDrag(model, im->x, im->p, im->q));
   for (PetscInt k = 0; k < n; k++) im->r[k] = model->f_app[k] - model->f_int[k] - im->p[k];
   if (model->preload) { /* at rest, equilibrium to round-off is no acceleration */
     PetscReal sum[2] = {0, 0};
@@ -104,7 +105,7 @@ PetscErrorCode FemImplicitSetUp(FemModel model)
     PetscCall(FemSum(model, 2, sum));
     if (sum[0] <= 1e-18 * sum[1]) PetscCall(PetscArrayzero(im->r, n));
   }
-  PetscCall(FemMassSolve(model, im->mass, im->r, im->a));
+  PetscCall(FemMassSolve(model, im->mass, PETSC_FALSE, im->r, im->a));
   PetscCall(FemImplicitLevel(model));
   model->initial = im->kinetic + 0.5 * FemDot(model, model->u, model->f_int) + FemPrestressEnergy(model);
   PetscCall(FemSum(model, 1, &model->initial));
@@ -122,10 +123,12 @@ PetscErrorCode FemImplicitLevel(FemModel model)
   PetscCall(Blend(model, 1, model->v, 0, model->v, im->x));
   FemMassApply(model, im->mass, im->x, im->p);
   im->kinetic = 0.5 * FemDot(model, model->v, im->p);
-  PetscCall(Drag(model, im->x, im->p, im->q));
+  PetscCall(FemImplicitDrag(model, im->x, im->p, im->q));
   FemMassApply(model, im->mass, im->a, im->q);
   for (PetscInt k = 0; k < n; k++) model->reaction[k] = im->q[k] + im->p[k] + model->f_int[k] - model->f_app[k];
   (void)FemKeepHeld(model, model->reaction);
+  for (PetscInt e = 0; e < model->contact.n; e++)
+    for (PetscInt d = 0; d < model->dim; d++) model->reaction[model->contact.node[e] * model->dim + d] += model->contact.push[3 * e + d];
   model->level_known = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -146,7 +149,7 @@ static PetscErrorCode Book(FemModel model, PetscReal h)
 
   PetscFunctionBegin;
   PetscCall(Blend(model, 1 - af, model->v, af, v, im->x));
-  PetscCall(Drag(model, im->x, im->p, im->q));
+  PetscCall(FemImplicitDrag(model, im->x, im->p, im->q));
   PetscCall(Blend(model, 1 - am, im->a, am, a, im->x));
   FemMassApply(model, im->mass, im->x, im->q);
   for (PetscInt k = 0; k < n; k++) {
@@ -199,6 +202,7 @@ PetscErrorCode FemImplicitStep(void *ctx, PetscReal t, PetscReal h)
   PetscCall(PetscArraycpy(a, im->a, n));
   PetscCall(PetscArraycpy(im->old + 3 * n, model->f_int, n));
   PetscCall(PetscArraycpy(f_app, model->f_app, n));
+  FemContactBegin(model, t, u);
   for (PetscInt k = 0; k < n; k++) { /* what does not need the new acceleration */
     model->u[k] = u[k] + h * v[k] + h * h * (0.5 - im->beta) * a[k];
     model->v[k] = v[k] + h * (1 - im->gamma) * a[k];
@@ -208,7 +212,7 @@ PetscErrorCode FemImplicitStep(void *ctx, PetscReal t, PetscReal h)
   PetscCall(Blend(model, 1 - af, model->v, af, v, im->y));
   PetscCall(Blend(model, 1 - am, im->a, am, a, im->x));
   FemMassApply(model, im->mass, im->x, im->p);
-  PetscCall(Drag(model, im->y, im->q, im->r));
+  PetscCall(FemImplicitDrag(model, im->y, im->q, im->r));
   PetscCall(Blend(model, 1 - af, model->u, af, u, im->x));
   PetscCall(FemApply(model, im->x, im->r));
   PetscCall(FemLoadsAt(model, t + h));
@@ -230,6 +234,7 @@ PetscErrorCode FemImplicitStep(void *ctx, PetscReal t, PetscReal h)
   PetscCall(VecRestoreArrayWrite(model->rhs, &b));
   PetscCall(VecRestoreArrayWrite(model->solution, &s));
   PetscCall(FemSolverSolve(model));
+  PetscCall(FemContactSolve(model, t + h, model->u));
   PetscCall(VecGetArrayRead(model->solution, &w));
   for (PetscInt k = 0; k < n; k++) im->r[k] = FemHeld(model, k) >= 0 ? 0 : w[k];
   PetscCall(VecRestoreArrayRead(model->solution, &w));
@@ -244,6 +249,7 @@ PetscErrorCode FemImplicitStep(void *ctx, PetscReal t, PetscReal h)
   PetscCall(FemApply(model, model->u, model->f_int));
   FemAddPrestress(model);
   PetscCall(Book(model, h));
+  PetscCall(FemContactImplicit(model, t, h, u));
   if (model->pre.n) {
     PetscReal heat;
 

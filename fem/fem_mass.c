@@ -89,11 +89,11 @@ void FemMassAddToRows(FemModel model, const PetscReal *mass, PetscReal stiffness
 }
 
 /*
-  a [n_loc*dim] = M^-1 f along free axes; in: a along held axes, zero along free ones. f [n_own*dim] is overwritten.
+  a [n_loc*dim] = M^-1 f along free axes; in: a along held axes, zero along free ones. f [n_own*dim] is overwritten. planes: what they hold is held too.
 
   A consistent mass is solved by conjugate gradients with its diagonal, to round-off: it is so well conditioned that a factor does not pay.
 */
-PetscErrorCode FemMassSolve(FemModel model, const PetscReal *mass, PetscReal *f, PetscReal *a)
+PetscErrorCode FemMassSolve(FemModel model, const PetscReal *mass, PetscBool planes, PetscReal *f, PetscReal *a)
 {
   const PetscInt dim = model->dim, n = model->n_own * dim, most = 500;
   PetscReal     *p, *z, *q, *inverse, rho = 0, first = 0;
@@ -110,6 +110,7 @@ PetscErrorCode FemMassSolve(FemModel model, const PetscReal *mass, PetscReal *f,
   FemMassApply(model, mass, a, q);
   for (PetscInt k = 0; k < n; k++) f[k] -= q[k]; /* residual */
   FemKeepFree(model, f);
+  if (planes) FemContactKeepFree(model, f);
   for (PetscInt k = 0; k < n; k++) { /* the diagonal is the same in all directions of a node, so it goes with frames */
     z[k] = p[k] = inverse[k] * f[k];
     if (!mass) a[k] += z[k];
@@ -125,6 +126,7 @@ PetscErrorCode FemMassSolve(FemModel model, const PetscReal *mass, PetscReal *f,
     PetscCall(FemGhosts(model, p));
     FemMassApply(model, mass, p, q);
     FemKeepFree(model, q);
+    if (planes) FemContactKeepFree(model, q);
     pq = FemDot(model, p, q);
     PetscCall(FemSum(model, 1, &pq));
     for (PetscInt k = 0; k < n; k++) {

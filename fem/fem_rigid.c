@@ -198,15 +198,18 @@ static PetscErrorCode FreeMotion(FemModel model, char words[BASE_LINE], char whe
     for (PetscInt a = 0; a < 6; a++)
       for (PetscInt b = 0; b < 6; b++) G[36 * p + 6 * a + b] += r[a] * r[b];
   }
-  for (PetscInt e = 0; e < model->contact.n; e++) { /* planes hold one way only; the solution tells whether that is enough */
-    const PetscInt i = model->contact.node[e], p = part[i];
-    PetscReal      s[3] = {0, 0, 0}, r[6];
+  for (PetscInt e = 0; e < model->contact.n; e++) { /* planes hold one way only, friction up to its bound; the solution tells whether that is enough */
+    const FemContact *c = &model->contact;
+    const PetscInt    i = c->node[e], p = part[i], ways = c->direction && c->plane[c->of[e]].friction > 0 ? c->parts : 1;
+    PetscReal         s[3] = {0, 0, 0}, r[6];
 
     for (PetscInt d = 0; d < dim; d++) s[d] = (model->x[i * dim + d] - centre[4 * p + d]) / size[p];
-    for (PetscInt d = 0; d < 3; d++) r[d] = model->contact.plane[model->contact.of[e]].normal[d];
-    for (PetscInt d = 0; d < 3; d++) r[3 + d] = s[(d + 1) % 3] * r[(d + 2) % 3] - s[(d + 2) % 3] * r[(d + 1) % 3];
-    for (PetscInt a = 0; a < 6; a++)
-      for (PetscInt b = 0; b < 6; b++) G[36 * p + 6 * a + b] += r[a] * r[b];
+    for (PetscInt k = 0; k < ways; k++) {
+      for (PetscInt d = 0; d < 3; d++) r[d] = k ? c->direction[3 * (c->parts * e + k) + d] : c->plane[c->of[e]].normal[d];
+      for (PetscInt d = 0; d < 3; d++) r[3 + d] = s[(d + 1) % 3] * r[(d + 2) % 3] - s[(d + 2) % 3] * r[(d + 1) % 3];
+      for (PetscInt a = 0; a < 6; a++)
+        for (PetscInt b = 0; b < 6; b++) G[36 * p + 6 * a + b] += r[a] * r[b];
+    }
   }
   PetscCall(FemSum(model, 36 * n_parts, G));
   for (PetscInt p = 0; p < n_parts && !words[0]; p++) {

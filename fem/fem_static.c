@@ -20,7 +20,7 @@ PetscErrorCode FemStaticSetUp(FemModel model)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(FemRowsCreate(model));
-  FemContactStiffen(model, model->rows.value);
+  PetscCall(FemContactStiffen(model, model->rows.value));
   FemRowsIntoFrames(model, model->rows.value);
   PetscCall(FemSolverCreate(model, model->rows.value));
   PetscCall(FemRowsDestroy(model)); /* K is in the matrix now; forces and reactions come from the elements */
@@ -54,6 +54,7 @@ static PetscErrorCode SolveAt(FemModel model, PetscReal t)
   const PetscScalar *a;
 
   PetscFunctionBegin;
+  FemContactBegin(model, model->t, model->u);
   PetscCall(FemLoadsAt(model, t));
   PetscCall(PetscMalloc1(model->n_fixes, &place));
   for (PetscInt k = 0; k < model->n_fixes; k++) place[k] = FemFixPosition(&model->fix[k], t);
@@ -78,7 +79,7 @@ static PetscErrorCode SolveAt(FemModel model, PetscReal t)
     if (FemHeld(model, k) >= 0) b[k] = model->diagonal * place[FemHeld(model, k)];
   PetscCall(VecRestoreArrayWrite(model->rhs, &b));
   PetscCall(FemSolverSolve(model));
-  PetscCall(FemContactSolve(model, t));
+  PetscCall(FemContactSolve(model, t, NULL));
   PetscCall(VecGetArrayRead(model->solution, &a));
   for (PetscInt k = 0; k < n; k++) model->u[k] = FemHeld(model, k) >= 0 ? place[FemHeld(model, k)] : a[k];
   PetscCall(VecRestoreArrayRead(model->solution, &a));
@@ -96,11 +97,12 @@ PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt)
   FemModel       model = ctx;
   const PetscInt n     = model->n_own * model->dim;
   FemContact    *contact = &model->contact;
-  PetscReal     *old_u, *old_force, *old_push, work[2] = {0, 0}, heat; /* of all forces; of it by planes on motion that is not theirs */
+  PetscReal     *old_u, *old_force, *normal, *push, work[4] = {0, 0, 0, 0}, heat; /* of planes across, along them and of their motion; of all forces */
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc3(n, &old_u, n, &old_force, contact->n, &old_push));
-  for (PetscInt e = 0; e < contact->n; e++) old_push[e] = contact->normal[e];
+  PetscCall(PetscMalloc4(n, &old_u, n, &old_force, contact->n, &normal, 3 * contact->n, &push));
+  for (PetscInt e = 0; e < contact->n; e++) normal[e] = 0.5 * contact->normal[e];
+  for (PetscInt k = 0; k < 3 * contact->n; k++) push[k] = 0.5 * contact->push[k];
   for (PetscInt k = 0; k < n; k++) {
     old_u[k]     = model->u[k];
     old_force[k] = model->f_app[k] + model->reaction[k];
@@ -109,24 +111,19 @@ PetscErrorCode FemStaticStep(void *ctx, PetscReal t, PetscReal dt)
   PetscCall(SolveAt(model, t + dt));
   for (PetscInt k = 0; k < n; k++) { /* eq. (2.16) */
     model->v[k] = (model->u[k] - old_u[k]) / dt;
-    work[0] += 0.5 * (old_force[k] + model->f_app[k] + model->reaction[k]) * (model->u[k] - old_u[k]);
+    work[3] += 0.5 * (old_force[k] + model->f_app[k] + model->reaction[k]) * (model->u[k] - old_u[k]);
   }
-  for (PetscInt e = 0; e < contact->n; e++) { /* eq. (2.131) */
-    const FemPlane *plane = &contact->plane[contact->of[e]];
-    PetscReal       from[3], to[3], across = 0;
-
-    FemPlaneMotion(plane, t, from);
-    FemPlaneMotion(plane, t + dt, to);
-    for (PetscInt d = 0; d < model->dim; d++) across += plane->normal[d] * (model->u[contact->node[e] * model->dim + d] - old_u[contact->node[e] * model->dim + d] - (to[d] - from[d]));
-    work[1] += 0.5 * (old_push[e] + contact->normal[e]) * across;
-  }
-  PetscCall(PetscFree3(old_u, old_force, old_push));
-  PetscCall(FemSum(model, 2, work));
+  for (PetscInt e = 0; e < contact->n; e++) normal[e] += 0.5 * contact->normal[e];
+  for (PetscInt k = 0; k < 3 * contact->n; k++) push[k] += 0.5 * contact->push[k];
+  FemContactWork(model, t, t + dt, old_u, push, normal, work);
+  PetscCall(PetscFree4(old_u, old_force, normal, push));
+  PetscCall(FemSum(model, 4, work));
   PetscCall(FemHeatWork(model, &heat));
-  contact->contact -= work[1];
-  work[0] -= work[1];
-  model->work += work[0] + heat;
-  model->work_in += PetscAbsReal(work[0]) + PetscAbsReal(heat);
+  contact->contact -= work[0];
+  contact->friction -= work[1];
+  work[3] -= work[0] + work[1];
+  model->work += work[3] + heat;
+  model->work_in += PetscAbsReal(work[3]) + PetscAbsReal(heat);
   model->started = PETSC_TRUE;
   model->t       = t + dt;
   model->dt_last = dt;
@@ -146,7 +143,7 @@ PetscErrorCode FemPreload(FemModel model)
   n = (size_t)model->rows.start[model->n_own] * model->dim * model->dim;
   PetscCall(PetscMalloc1(n, &value));
   PetscCall(PetscArraycpy(value, model->rows.value, n));
-  FemContactStiffen(model, value);
+  PetscCall(FemContactStiffen(model, value));
   FemRowsIntoFrames(model, value);
   PetscCall(FemSolverCreate(model, value));
   PetscCall(PetscFree(value));

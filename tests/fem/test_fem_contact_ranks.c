@@ -2,7 +2,7 @@
 #include "fem_case.h"
 
 /* Explicit: a block tumbles onto a slanting, rising floor with friction. Static: it is lowered onto a floor askew to its side, by its top. */
-static PetscErrorCode Answer(MPI_Comm comm, FemMethod method, PetscInt *nodes, PetscReal **data)
+static PetscErrorCode Answer(MPI_Comm comm, FemMethod method, PetscReal friction, PetscInt *nodes, PetscReal **data)
 {
   const FemMaterial m         = {2000, 1e8, 0.3};
   const PetscReal   length[3] = {0.4, 0.3, 0.2}, g[3] = {1, 0, -10}, v0[3] = {0.5, 0.2, -1}, slant[3] = {0.05, 0.02, 1}, point[3] = {-1e-4, 0, -1e-3}, time[2] = {0, 0.01}, rise[2] = {0, 0.4};
@@ -17,17 +17,17 @@ static PetscErrorCode Answer(MPI_Comm comm, FemMethod method, PetscInt *nodes, P
   PetscFunctionBeginUser;
   PetscCall(CaseBox(comm, MESH_HEX8, length, n, 0.2, &mesh));
   PetscCall(CaseModel(comm, &mesh, FEM_SOLID, method, 1, &m, &model));
-  if (method == FEM_EXPLICIT) {
+  if (method != FEM_STATIC) {
     PetscCall(TableCreate(2, time, rise, &velocity[2]));
     PetscCall(FemModelSetGravity(model, g));
     PetscCall(FemModelSetInitialVelocity(model, v0));
-    PetscCall(FemModelAddPlane(model, "body", point, slant, 0.3, 0.8, velocity));
+    PetscCall(FemModelAddPlane(model, method == FEM_EXPLICIT ? "body" : "zmin", point, slant, 0.3, 0.8, velocity));
     PetscCall(TableDestroy(&velocity[2]));
   } else {
     PetscCall(TableCreateConstant(-5e-3, &down));
     for (PetscInt d = 0; d < 2; d++) PetscCall(CaseFix(model, "zmax", d, 0));
     PetscCall(FemModelFix(model, "zmax", 2, FEM_VELOCITY, &down));
-    PetscCall(FemModelAddPlane(model, "zmin", point, slant, 0, 1, NULL));
+    PetscCall(FemModelAddPlane(model, "zmin", point, slant, friction, 1, NULL));
     PetscCall(TableDestroy(&down));
   }
   PetscCall(FemModelAddHistory(model, "reaction", "body"));
@@ -50,7 +50,7 @@ static PetscErrorCode Answer(MPI_Comm comm, FemMethod method, PetscInt *nodes, P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Compare(FemMethod method)
+static PetscErrorCode Compare(FemMethod method, PetscReal friction)
 {
   PetscMPIInt rank;
   PetscReal  *all, *alone, worst = 0, same = 1, big[4] = {0, 0, 0, 0};
@@ -58,9 +58,9 @@ static PetscErrorCode Compare(FemMethod method)
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
-  PetscCall(Answer(PETSC_COMM_WORLD, method, &nodes, &all));
+  PetscCall(Answer(PETSC_COMM_WORLD, method, friction, &nodes, &all));
   if (rank == 0) {
-    PetscCall(Answer(PETSC_COMM_SELF, method, &nodes, &alone));
+    PetscCall(Answer(PETSC_COMM_SELF, method, friction, &nodes, &alone));
     for (PetscInt k = 0; k < 9 * nodes; k++) big[k / (3 * nodes)] = PetscMax(big[k / (3 * nodes)], PetscAbsReal(alone[k]));
     for (PetscInt k = 0; k < LEDGER_TERMS; k++) big[3] = PetscMax(big[3], PetscAbsReal(alone[9 * nodes + 3 + k]));
     for (PetscInt k = 0; k < 9 * nodes + 3 + LEDGER_TERMS; k++) {
@@ -70,7 +70,7 @@ static PetscErrorCode Compare(FemMethod method)
       worst = PetscMax(worst, off / (k < 9 * nodes + 3 ? big[PetscMin(2, k / (3 * nodes))] : big[3]));
     }
     CheckAbove(big[2], 1); /* something is pushed */
-    printf("  %s: one rank and all differ by %.1e\n", method == FEM_STATIC ? "static" : "explicit", (double)worst);
+    printf("  %s: one rank and all differ by %.1e\n", method == FEM_STATIC ? "static" : method == FEM_EXPLICIT ? "explicit" : "implicit", (double)worst);
     PetscCall(PetscFree(alone));
   }
   PetscCallMPI(MPI_Bcast(&worst, 1, MPIU_REAL, 0, PETSC_COMM_WORLD));
@@ -83,16 +83,28 @@ static PetscErrorCode Compare(FemMethod method)
 
 static PetscErrorCode TestExplicit(void)
 {
-  return Compare(FEM_EXPLICIT);
+  return Compare(FEM_EXPLICIT, 0.3);
+}
+
+static PetscErrorCode TestImplicit(void)
+{
+  return Compare(FEM_IMPLICIT, 0.3);
 }
 
 static PetscErrorCode TestStatic(void)
 {
-  return Compare(FEM_STATIC);
+  return Compare(FEM_STATIC, 0);
+}
+
+static PetscErrorCode TestStaticFriction(void)
+{
+  return Compare(FEM_STATIC, 0.2);
 }
 
 CHECK_TEST(TestExplicit)
+CHECK_TEST(TestImplicit)
 CHECK_TEST(TestStatic)
+CHECK_TEST(TestStaticFriction)
 
-static const struct CMUnitTest tests[] = {TEST(TestExplicit), TEST(TestStatic)};
+static const struct CMUnitTest tests[] = {TEST(TestExplicit), TEST(TestImplicit), TEST(TestStatic), TEST(TestStaticFriction)};
 CHECK_MAIN(tests)
