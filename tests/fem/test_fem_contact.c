@@ -1,6 +1,6 @@
 /*
   Nodes against rigid planes: a bar that strikes a wall, restitution, friction, a plane that moves; a patch under contact pressure, a part that lifts off,
-  a cylinder and a sphere pressed flat (Hertz). Theory 2.15.
+  a cylinder and a sphere pressed flat (Hertz). Theory 2.17.
 */
 #include "fem_case.h"
 #include "fem_impl.h"
@@ -471,8 +471,8 @@ static PetscErrorCode TestRestart(void)
 {
   for (PetscInt still = 0; still < 3; still++) {
     const FemMethod method = still == 2 ? FEM_IMPLICIT : still ? FEM_STATIC : FEM_EXPLICIT;
-    const PetscReal dt     = still == 1 ? 0.002 : 4e-5;
-    const PetscInt  steps  = still == 1 ? 2 : still ? 30 : 200;
+    const PetscReal dt     = still == 2 ? 2e-4 : still ? 0.002 : 4e-5;
+    const PetscInt  steps  = still == 2 ? 40 : still ? 2 : 200;
     char            file[] = "fem_contact_checkpoint.h5";
     FemModel        one, two;
     Stepper         s;
@@ -499,7 +499,7 @@ static PetscErrorCode TestRestart(void)
     for (PetscInt k = 0; k < LEDGER_TERMS; k++) CheckTrue(a.energy[k] == b.energy[k]);
     CheckBelow(LedgerError(&a), 1e-9);
     CheckAbove(a.energy[LEDGER_FRICTION], 0);
-    CheckAbove(PetscAbsReal(CaseHistory(one, "reaction(body).z")), still ? 1 : 0);
+    CheckAbove(PetscAbsReal(CaseHistory(one, "reaction(body).z")), still == 1 ? 1 : 0);
     remove(file);
     PetscCall(FemModelDestroy(&one));
     PetscCall(FemModelDestroy(&two));
