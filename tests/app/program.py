@@ -776,6 +776,49 @@ def test_new(folder):
     check(energy["kinetic_J"] + energy["strain_J"] < 2e-3 * energy["work_J"] and energy["worst_error"] < 1e-10, energy)
 
 
+def test_probes_in_time(folder):
+    """Explicit bar pulled at one end: a probe sees the wave arrive when it should, and as strong as it should be."""
+    bar = """title: wave
+dimension: 2
+plane: stress
+thickness: 10 mm
+time: {end: 20 us, method: explicit}
+materials:
+  steel: {density: 7850 kg/m3, young: 210 GPa, poisson: 0}
+bodies:
+  bar:
+    geometry: {box: {size: [100 mm, 4 mm]}}
+    method: fem
+    material: steel
+    mesh: {size: 1 mm, cells: quad}
+conditions:
+  - {group: ymin, fix: y}
+  - {group: ymax, fix: y}
+  - {group: xmax, traction: {x: 10 MPa}}
+output:
+  history: {every: 0.1 us, quantities: ['strain(xmin, xmax)']}
+  probes:
+    A: {at: [50 mm, 2 mm], quantities: [displacement, velocity, stress]}
+"""
+    write(folder, "bar.yaml", bar)
+    cleave("run", "bar.yaml", cwd=folder)
+    with open(os.path.join(folder, "results", "bar", "history.csv"), newline="") as file:
+        rows = list(csv.reader(file))
+    names = [re.sub(r"\[[^\[\]]*\]$", "", name) for name in rows[0]]
+    data = dict(zip(names, numpy.array(rows[1:], dtype=float).T))
+    time, speed = data["time"], (210e9 / 7850) ** 0.5  # 5172 m/s
+    stress, velocity = data["stress(A).xx"], data["velocity(A).x"]
+    arrival = time[numpy.argmax(stress > 5e6)]
+    check(abs(arrival * speed / 0.05 - 1) < 0.03, "the wave arrives at", arrival, "not", 0.05 / speed)
+    behind = (time > 1.3 * 0.05 / speed) & (time < 0.15 / speed * 0.95)
+    check(abs(stress[behind].mean() / 10e6 - 1) < 0.02, "stress behind the front", stress[behind].mean())
+    check(abs(velocity[behind].mean() * 7850 * speed / 10e6 - 1) < 0.02, "velocity behind the front", velocity[behind].mean())
+    before = time < 0.8 * 0.05 / speed
+    check(abs(data["displacement(A).x"][before]).max() < 1e-3 * data["displacement(A).x"].max(), "motion before the wave")
+    pulled = numpy.interp(0.09 / speed, time, data["strain(xmin, xmax)"])  # the front has gone 90 mm: strain sigma/E over 0.9 of the bar
+    check(abs(pulled / (0.9 * 10e6 / 210e9) - 1) < 0.02, "strain of the bar", pulled)
+
+
 def test_cantilever(folder):
     """examples/elastic_cantilever: 0.8 % short of Timoshenko's tip deflection: 0.7 % is the clamp, little is left to hexahedra that do not lock."""
     cleave("run", os.path.join(SOURCE, "examples/elastic_cantilever/scene.yaml"), "--output", "out", cwd=folder)
