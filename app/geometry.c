@@ -549,7 +549,6 @@ static PetscErrorCode ReadDemBody(AppCase *c)
   PetscReal   low[3] = {0}, size[3] = {0}, radius, height;
 
   PetscFunctionBegin;
-  BaseCheckInput(c->size == 1, c->comm, "Particles run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", c->size);
   PetscCall(Has(c->scene, &box, "bodies.%s.geometry.box", body));
   PetscCall(Has(c->scene, &cylinder, "bodies.%s.geometry.cylinder", body));
   PetscCall(Has(c->scene, &disc, "bodies.%s.geometry.disc", body));
@@ -578,6 +577,7 @@ static PetscErrorCode ReadDemBody(AppCase *c)
     AppGroup *group;
 
     PetscCall(ReadFileMesh(c, body, 1, PETSC_FALSE));
+    PetscCall(MeshShare(c->comm, &c->mesh)); /* every rank packs the body alike */
     PetscCall(PetscCalloc1(c->mesh.n_groups + 1, &group));
     for (PetscInt g = 0; g < c->mesh.n_groups; g++) {
       PetscCall(PetscStrncpy(group[g].name, c->mesh.group[g].name, sizeof(group[g].name)));
@@ -702,7 +702,7 @@ static PetscErrorCode CheckPair(AppCase *c)
 
   PetscFunctionBegin;
   c->method = APP_TOUCH;
-  BaseCheckInput(c->size == 1, c->comm, "Particles run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", c->size);
+  BaseCheckInput(c->size == 1, c->comm, "Particles that meet finite elements run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", c->size);
   if (c->is_static) PetscCall(SceneFail(c->scene, "time.method", "particles that meet elements move in time; use method: explicit"));
   Path(path, "bodies.%s.surface", c->part[0].name);
   PetscCall(SceneHas(c->scene, path, &has));

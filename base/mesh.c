@@ -92,6 +92,46 @@ PetscErrorCode MeshFindGroup(const Mesh *mesh, const char *name, const MeshGroup
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MeshShare(MPI_Comm comm, Mesh *mesh)
+{
+  PetscMPIInt rank, size;
+  PetscInt    nodes;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Bcast(mesh->source, BASE_LINE, MPI_CHAR, 0, comm));
+  PetscCallMPI(MPI_Bcast(&mesh->dim, 1, MPIU_INT, 0, comm));
+  PetscCallMPI(MPI_Bcast(&mesh->n_nodes, 1, MPIU_INT, 0, comm));
+  PetscCallMPI(MPI_Bcast(&mesh->n_cells, 1, MPIU_INT, 0, comm));
+  PetscCallMPI(MPI_Bcast(&mesh->n_groups, 1, MPIU_INT, 0, comm));
+  nodes = rank ? 0 : mesh->start[mesh->n_cells];
+  PetscCallMPI(MPI_Bcast(&nodes, 1, MPIU_INT, 0, comm));
+  if (rank) {
+    PetscCall(PetscMalloc2(3 * mesh->n_nodes, &mesh->x, mesh->n_nodes, &mesh->id));
+    PetscCall(PetscMalloc3(mesh->n_cells, &mesh->type, mesh->n_cells, &mesh->cell_id, mesh->n_cells + 1, &mesh->start));
+    PetscCall(PetscMalloc1(nodes, &mesh->node));
+    PetscCall(PetscCalloc1(mesh->n_groups, &mesh->group));
+  }
+  PetscCallMPI(MPI_Bcast(mesh->x, (PetscMPIInt)(3 * mesh->n_nodes), MPIU_REAL, 0, comm));
+  PetscCallMPI(MPI_Bcast(mesh->id, (PetscMPIInt)mesh->n_nodes, MPIU_INT, 0, comm));
+  PetscCallMPI(MPI_Bcast(mesh->type, (PetscMPIInt)(mesh->n_cells * (PetscInt)sizeof(*mesh->type)), MPI_BYTE, 0, comm));
+  PetscCallMPI(MPI_Bcast(mesh->cell_id, (PetscMPIInt)mesh->n_cells, MPIU_INT, 0, comm));
+  PetscCallMPI(MPI_Bcast(mesh->start, (PetscMPIInt)(mesh->n_cells + 1), MPIU_INT, 0, comm));
+  PetscCallMPI(MPI_Bcast(mesh->node, (PetscMPIInt)nodes, MPIU_INT, 0, comm));
+  for (PetscInt g = 0; g < mesh->n_groups; g++) {
+    MeshGroup *group = &mesh->group[g];
+
+    PetscCallMPI(MPI_Bcast(group->name, (PetscMPIInt)sizeof(group->name), MPI_CHAR, 0, comm));
+    PetscCallMPI(MPI_Bcast(&group->dim, 1, MPIU_INT, 0, comm));
+    PetscCallMPI(MPI_Bcast(&group->n_cells, 1, MPIU_INT, 0, comm));
+    if (rank) PetscCall(PetscMalloc1(group->n_cells, &group->cell));
+    PetscCallMPI(MPI_Bcast(group->cell, (PetscMPIInt)group->n_cells, MPIU_INT, 0, comm));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MeshDestroy(Mesh *mesh)
 {
   PetscFunctionBegin;

@@ -62,6 +62,7 @@ PetscErrorCode MeshCreateBox(MPI_Comm comm, const char *name, MeshCellType type,
    `name`; centre: of the disc or the bottom. By gmsh, as options say; size is needed. quads: a cylinder is drawn as layers, but gmsh may still fill it with tetrahedra. */
 PetscErrorCode MeshCreateRound(MPI_Comm comm, const char *name, const PetscReal centre[3], PetscReal radius, PetscReal height, const MeshOptions *options, Mesh *mesh);
 
+PetscErrorCode MeshShare(MPI_Comm comm, Mesh *mesh); /* rank 0's, on all ranks */
 PetscErrorCode MeshFindGroup(const Mesh *mesh, const char *name, const MeshGroup **group); /* NULL when absent */
 PetscErrorCode MeshDestroy(Mesh *mesh);
 

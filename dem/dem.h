@@ -34,7 +34,7 @@ typedef struct {
 
 /* Arrays on loan; valid until DemModelRestoreState(). Component-major, a[c*n + p], in the model's own order. */
 typedef struct {
-  PetscInt         dim, n;
+  PetscInt         dim, n, own; /* the first `own` move here: all on one rank */
   const PetscInt  *number; /* [n] the packing's number of each particle */
   const PetscReal *x0;     /* [3][n] rest position [m] */
   PetscReal       *u, *v;  /* [3][n] displacement [m], half-step velocity [m/s] */
@@ -70,7 +70,9 @@ typedef struct {
   PetscReal damping;   /* fraction of critical, normal direction */
 } DemPlane;
 
-PetscErrorCode DemModelCreate(MPI_Comm comm, DemModel *model); /* refuses, in words, more than one rank */
+/* On several ranks every rank is given the whole body; DemModelSetUp() keeps its part of it. From then on calls are collective, and counts and columns
+   those of the whole body. What one rank alone does (clumps, rain, weights of a coupling) is refused at set-up. */
+PetscErrorCode DemModelCreate(MPI_Comm comm, DemModel *model);
 PetscErrorCode DemModelSetKind(DemModel model, DemKind kind);
 PetscErrorCode DemModelSetThreads(DemModel model, PetscInt threads);
 PetscErrorCode DemModelSetMaterial(DemModel model, const DemMaterial *material);
@@ -154,6 +156,13 @@ typedef struct {
 } DemOutside;
 PetscErrorCode DemModelGetOutside(DemModel model, DemOutside *outside);
 PetscErrorCode DemModelGetCounts(DemModel model, PetscInt *particles, PetscInt *bonds, PetscInt *walls);
+/* What this rank holds. */
+typedef struct {
+  PetscInt own, ghosts;    /* particles that move here; copies of others' */
+  PetscInt bonds, counted; /* bonds done here; those whose first end is its own */
+  PetscInt facets;         /* of the cells */
+} DemShare;
+PetscErrorCode DemModelGetShare(DemModel model, DemShare *share);
 
 /* One row per facet that has begun to break, in the cells' facet order; arrays on loan until the next step. */
 typedef struct {
@@ -194,7 +203,9 @@ PetscErrorCode DemModelAddProbe(DemModel model, const char *name, const PetscRea
 PetscErrorCode DemModelGetTime(DemModel model, PetscReal *t); /* of the present state [s] */
 PetscErrorCode DemModelGetFacetUse(DemModel model, PetscInt n, const PetscInt facet[], PetscReal use[]); /* fraction of their strength [n], of the cells' facets */
 
+/* On several ranks rank 0 has all rows, the others none. */
 PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks);
+PetscErrorCode DemModelGetCrackPlace(DemModel model, PetscInt row, PetscReal at[3], PetscReal normal[3], PetscReal *area); /* as DemModelGetFacet(), of a row of the last list */
 /* One row per bond, on loan until the next call. */
 typedef struct {
   PetscInt             n;

@@ -83,6 +83,7 @@ PetscErrorCode DemModelGetBonds(DemModel model, DemBondList *list)
   if (breaks && (model->strength.nonlocal || !model->net)) {
     PetscCall(PetscMalloc1(6 * n, &stress));
     PetscCall(DemStress_Internal(model, stress));
+    if (model->ranks) PetscCall(DemHaloStress_Internal(model, stress));
   }
   for (PetscInt k = 0; k < m; k++) {
     const PetscInt p = b->p[k], q = b->q[k];
@@ -183,23 +184,22 @@ static int Heavier(const void *a, const void *b)
   return s->root < t->root ? -1 : s->root > t->root;
 }
 
-PetscErrorCode DemModelGetFragments(DemModel model, PetscInt *n_parts, PetscInt fragment[])
+/* Parts of n particles that m pairs hold together; fragment of each, 0 the heaviest. */
+static PetscErrorCode Parts(PetscInt n, const PetscReal mass[], PetscInt m, const PetscInt pair[], PetscInt *n_parts, PetscInt fragment[])
 {
-  const PetscInt n = model->n;
-  PetscInt      *up, parts = 0;
-  Part          *part;
+  PetscInt *up, parts = 0;
+  Part     *part;
 
   PetscFunctionBegin;
-  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before asking for fragments");
   PetscCall(PetscMalloc2(n, &up, n, &part));
   for (PetscInt p = 0; p < n; p++) up[p] = p;
-  for (PetscInt k = 0; k < model->bonds.n; k++) { /* the lower number stays on top: the result hangs on no order */
-    const PetscInt a = Root(up, model->at[model->bonds.p[k]]), b = Root(up, model->at[model->bonds.q[k]]);
+  for (PetscInt k = 0; k < m; k++) { /* the lower number stays on top: the result hangs on no order */
+    const PetscInt a = Root(up, pair[2 * k]), b = Root(up, pair[2 * k + 1]);
 
-    if (Holds(model, k) && a != b) up[PetscMax(a, b)] = PetscMin(a, b);
+    if (a != b) up[PetscMax(a, b)] = PetscMin(a, b);
   }
   for (PetscInt p = 0; p < n; p++) part[p] = (Part){0, p};
-  for (PetscInt p = 0; p < n; p++) part[Root(up, p)].mass += model->mass[model->rank_of[p]];
+  for (PetscInt p = 0; p < n; p++) part[Root(up, p)].mass += mass[p];
   for (PetscInt p = 0; p < n; p++)
     if (up[p] == p) part[parts++] = (Part){part[p].mass, p};
   qsort(part, parts, sizeof(*part), Heavier);
@@ -208,6 +208,88 @@ PetscErrorCode DemModelGetFragments(DemModel model, PetscInt *n_parts, PetscInt 
   for (PetscInt p = 0; p < n; p++) fragment[p] = fragment[up[p]]; /* a root comes before all others of its part */
   *n_parts = parts;
   PetscCall(PetscFree2(up, part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Rank 0 finds the parts and tells the others. */
+static PetscErrorCode PartsOfRanks(DemModel model, PetscInt m, PetscInt pair[], PetscInt *n_parts, PetscInt fragment[])
+{
+  const DemRanks r = model->ranks;
+  PetscInt      *key, *pairs, *whole, n;
+  PetscReal     *mass;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(m, &key));
+  for (PetscInt k = 0; k < m; k++) {
+    key[k]          = k;
+    pair[2 * k]     = r->number[pair[2 * k]];
+    pair[2 * k + 1] = r->number[pair[2 * k + 1]];
+  }
+  PetscCall(DemGatherInts_Internal(model, m, key, 2, pair, &m, &pairs));
+  PetscCall(DemGatherReals_Internal(model, model->own, r->number, 1, model->mass, &n, &mass));
+  PetscCall(PetscMalloc1(r->particles, &whole));
+  if (r->rank == 0) PetscCall(Parts(n, mass, m, pairs, n_parts, whole));
+  PetscCallMPI(MPI_Bcast(n_parts, 1, MPIU_INT, 0, model->comm));
+  PetscCallMPI(MPI_Bcast(whole, (PetscMPIInt)r->particles, MPIU_INT, 0, model->comm));
+  for (PetscInt p = 0; p < model->own + r->ghosts; p++) fragment[p] = whole[r->number[p]];
+  PetscCall(PetscFree(key));
+  PetscCall(PetscFree(pairs));
+  PetscCall(PetscFree(mass));
+  PetscCall(PetscFree(whole));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelGetFragments(DemModel model, PetscInt *n_parts, PetscInt fragment[])
+{
+  PetscInt  *pair, m = 0;
+  PetscReal *mass;
+
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before asking for fragments");
+  PetscCall(PetscMalloc2(2 * model->bonds.n, &pair, model->n, &mass));
+  for (PetscInt k = 0; k < model->bonds.n; k++) {
+    if (!Holds(model, k) || !DemBondIsMine(model, k)) continue;
+    pair[2 * m]       = model->at[model->bonds.p[k]];
+    pair[2 * m++ + 1] = model->at[model->bonds.q[k]];
+  }
+  for (PetscInt p = 0; p < model->n; p++) mass[model->at[p]] = model->mass[p];
+  if (model->ranks) PetscCall(PartsOfRanks(model, m, pair, n_parts, fragment));
+  else PetscCall(Parts(model->n, mass, m, pair, n_parts, fragment));
+  PetscCall(PetscFree2(pair, mass));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same of all ranks' bonds, on rank 0. */
+static PetscErrorCode WriteGathered(DemModel model, const DemBondList *list, Output output)
+{
+  static const char *const name[] = {"sigma", "tau", "damage", "criterion", "state"}, *const unit[] = {"Pa", "Pa", "-", "-", "-"};
+  PetscInt                 n, points, *start, *node;
+  PetscReal               *value, *column, *x;
+  unsigned char           *type;
+  OutputArray              array[5];
+  OutputBlock              block = {.name = "bonds", .n_arrays = 5, .array = array};
+
+  PetscFunctionBegin;
+  PetscCall(DemGatherBonds_Internal(model, list, &n, &node, &value));
+  PetscCall(DemGatherPlaces_Internal(model, &points, &x));
+  PetscCall(PetscMalloc3(n + 1, &start, n, &type, 5 * n, &column));
+  for (PetscInt k = 0; k <= n; k++) start[k] = 2 * k;
+  for (PetscInt k = 0; k < n; k++) {
+    type[k] = 3;
+    for (PetscInt a = 0; a < 5; a++) column[a * n + k] = value[5 * k + a];
+  }
+  for (PetscInt a = 0; a < 5; a++) array[a] = (OutputArray){name[a], unit[a], OUTPUT_CELL_DATA, 1, column + a * n};
+  block.n_points = points;
+  block.x        = x;
+  block.n_cells  = n;
+  block.start    = start;
+  block.node     = node;
+  block.type     = type;
+  PetscCall(OutputFrameBlock(output, &block));
+  PetscCall(PetscFree3(start, type, column));
+  PetscCall(PetscFree(node));
+  PetscCall(PetscFree(value));
+  PetscCall(PetscFree(x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -220,6 +302,10 @@ PetscErrorCode DemWriteBonds_Internal(DemModel model, Output output)
 
   PetscFunctionBegin;
   PetscCall(DemModelGetBonds(model, &list));
+  if (model->ranks) {
+    PetscCall(WriteGathered(model, &list, output));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscMalloc4(list.n + 1, &start, 2 * list.n, &node, list.n, &type, list.n, &state));
   for (PetscInt k = 0; k < list.n; k++) {
     start[k]        = 2 * k;

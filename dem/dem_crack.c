@@ -518,6 +518,7 @@ static void BlockLook(DemModel model, PetscInt b)
 PetscErrorCode DemCracksLook_Internal(DemModel model)
 {
   const DemBlocks *blocks = &model->blocks;
+  PetscErrorCode   code   = PETSC_SUCCESS;
 
   PetscFunctionBegin;
 #pragma omp parallel num_threads((int)model->threads)
@@ -527,12 +528,18 @@ PetscErrorCode DemCracksLook_Internal(DemModel model)
 #pragma omp for schedule(static)
     for (PetscInt b = 0; b < blocks->n_blocks; b++) BlockStress(model, b, sum);
 #pragma omp for schedule(static)
-    for (PetscInt p = 0; p < model->n; p++)
+    for (PetscInt p = 0; p < model->own; p++)
       for (PetscInt s = blocks->slot_start[p]; s < blocks->slot_start[p + 1]; s++)
         for (PetscInt c = 0; c < 6; c++) model->crack.stress[6 * p + c] += model->crack.slot_stress[6 * blocks->slot[s] + c];
+    if (model->ranks) { /* of the ghosts, from their owners */
+#pragma omp master
+      code = DemHaloStress_Internal(model, model->crack.stress);
+#pragma omp barrier
+    }
 #pragma omp for schedule(static)
     for (PetscInt b = 0; b < blocks->n_blocks; b++) BlockLook(model, b);
   }
+  PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -587,74 +594,7 @@ PetscErrorCode DemCracksDestroy_Internal(DemModel model)
   PetscCall(PetscFree(crack->facet));
   for (PetscInt c = 0; c < 7; c++) PetscCall(PetscFree(crack->list[c]));
   PetscCall(PetscFree(crack->mode));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode DemModelGetCracks(DemModel model, DemCracks *cracks)
-{
-  DemCrackState *crack = &model->crack;
-  PetscInt       n = 0;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMemzero(cracks, sizeof(*cracks)));
-  if (!crack->damage) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < model->bonds.n; k++) n += crack->damage[k] > 0 && model->bonds.facet[k] >= 0 && !(crack->state[k] & DEM_BOND_APART);
-  PetscCall(PetscFree(crack->facet));
-  PetscCall(PetscFree(crack->mode));
-  for (PetscInt c = 0; c < 7; c++) PetscCall(PetscFree(crack->list[c]));
-  PetscCall(PetscMalloc1(n, &crack->facet));
-  PetscCall(PetscMalloc1(n, &crack->mode));
-  for (PetscInt c = 0; c < 7; c++) PetscCall(PetscMalloc1(n, &crack->list[c]));
-  n = 0;
-  for (PetscInt k = 0; k < model->bonds.n; k++) {
-    const DemBonds *bonds = &model->bonds;
-    const PetscInt  p = bonds->p[k], q = bonds->q[k];
-    const PetscReal D = crack->damage[k];
-    PetscReal       ra[3] = {0}, rb[3] = {0}, y[3] = {0}, ta[3], tb[3], gap[3] = {0}, normal = 0, slide = 0, d = 0, along = 0;
-
-    if (D <= 0 || bonds->facet[k] < 0 || (crack->state[k] & DEM_BOND_APART)) continue;
-    for (PetscInt c = 0; c < model->dim; c++) {
-      ra[c] = bonds->arm[c * bonds->n + k];
-      y[c]  = model->x0[c * model->n + q] - model->x0[c * model->n + p];
-      rb[c] = ra[c] - y[c];
-      d += y[c] * y[c];
-    }
-    d = PetscSqrtReal(d);
-    DemTurn(model->dim, model->n, p, model->rot, ra, ta);
-    DemTurn(model->dim, model->n, q, model->rot, rb, tb);
-    for (PetscInt c = 0; c < model->dim; c++) gap[c] = model->u[c * model->n + q] - model->u[c * model->n + p] + tb[c] - ta[c];
-    DemTurn(model->dim, model->n, p, model->rot, y, ta);
-    for (PetscInt c = 0; c < 3; c++) {
-      along += y[c] / d * crack->e[3 * k + c];
-      y[c] = (y[c] + ta[c]) / d;
-      normal += gap[c] * y[c];
-    }
-    for (PetscInt c = 0; c < 3; c++) slide += PetscSqr(gap[c] - normal * y[c]);
-    crack->facet[n]   = bonds->facet[k];
-    crack->mode[n]    = (crack->state[k] & DEM_BOND_TENSION) ? 1 : 2;
-    crack->list[0][n] = crack->time[k];
-    crack->list[1][n] = D;
-    crack->list[2][n] = D;
-    if (!model->net && (crack->state[k] & DEM_BOND_TENSION) && D < 1) { /* s from D by the series: t(w) = (1-D) s, t(w) + k w = s */
-      const DemStrength own = DemStrengthOf_Internal(model, k);
-      const PetscReal   kk = 2 * model->g_shear / (PetscAbsReal(along) * d);
-      PetscReal         low = own.tensile, high = 1e6 * own.tensile;
-
-      for (int it = 0; it < 200; it++) {
-        const PetscReal s = 0.5 * (low + high), t = DemSofteningStress(&own, DemSofteningOpening(&own, kk, s));
-
-        if (1 - t / s < D) low = s;
-        else high = s;
-      }
-      crack->list[2][n] = 1 - (1 - D) * low / own.tensile;
-    }
-    crack->list[3][n] = normal;
-    crack->list[4][n] = PetscSqrtReal(slide);
-    crack->list[5][n] = crack->work[k];
-    crack->list[6][n] = PetscAbsReal(along);
-    n++;
-  }
-  crack->n_list = n;
-  *cracks = (DemCracks){n, crack->facet, crack->list[0], crack->list[1], crack->list[2], crack->list[3], crack->list[4], crack->list[5], crack->list[6], crack->mode};
+  PetscCall(PetscFree(crack->bond));
+  PetscCall(PetscFree(crack->place));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -198,6 +198,13 @@ PetscErrorCode DemModelGetGroupMiddle(DemModel model, const char *group, PetscRe
       area += cells->wall_area[k];
       for (PetscInt d = 0; d < 3; d++) middle[d] += cells->wall_area[k] * cells->wall_at[3 * k + d];
     }
+  if (model->ranks) {
+    PetscReal all[4] = {area, middle[0], middle[1], middle[2]};
+
+    PetscCall(DemSumRanks_Internal(model, 4, all));
+    area = all[0];
+    for (PetscInt d = 0; d < 3; d++) middle[d] = all[1 + d];
+  }
   for (PetscInt d = 0; d < 3 && area > 0; d++) middle[d] /= area;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -216,41 +223,5 @@ PetscErrorCode DemModelGetFacet(DemModel model, PetscInt facet, PetscReal at[3],
   }
   for (PetscInt c = 0; c < 3; c++) normal[c] /= PetscSqrtReal(d);
   *area = cells->area[facet];
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Facets as polygons (2D: lines) at rest, with what DemModelGetCracks says of them. */
-PetscErrorCode DemWriteCracks_Internal(DemModel model, Output output)
-{
-  const DemCells *cells = &model->cells;
-  PetscReal      *x;
-  PetscInt       *start, *node, points = 0;
-  unsigned char  *type;
-  DemCracks       c;
-
-  PetscFunctionBegin;
-  PetscCall(DemModelGetCracks(model, &c));
-  for (PetscInt i = 0; i < c.n; i++) points += cells->facet_start[c.facet[i] + 1] - cells->facet_start[c.facet[i]];
-  PetscCall(PetscMalloc4(3 * points, &x, c.n + 1, &start, points, &node, c.n, &type));
-  points = 0;
-  for (PetscInt i = 0; i < c.n; i++) {
-    const PetscInt first = cells->facet_start[c.facet[i]], last = cells->facet_start[c.facet[i] + 1];
-
-    start[i] = points;
-    type[i]  = model->dim == 2 ? 4 : 7; /* VTK polyline, polygon */
-    for (PetscInt k = first; k < last; k++, points++) {
-      node[points] = points;
-      for (PetscInt d = 0; d < 3; d++) x[3 * points + d] = cells->at[3 * c.facet[i] + d] + cells->corner[3 * k + d];
-    }
-  }
-  start[c.n] = points;
-  {
-    const OutputArray array[] = {{"damage", "-", OUTPUT_CELL_DATA, 1, c.damage},  {"broken", "-", OUTPUT_CELL_DATA, 1, c.broken}, {"opening", "m", OUTPUT_CELL_DATA, 1, c.opening},
-                                 {"slide", "m", OUTPUT_CELL_DATA, 1, c.slide},    {"energy", "J", OUTPUT_CELL_DATA, 1, c.work},   {"time", "s", OUTPUT_CELL_DATA, 1, c.time}};
-    const OutputBlock block = {"cracks", points, x, c.n, start, node, type, 6, array};
-
-    PetscCall(OutputFrameBlock(output, &block));
-  }
-  PetscCall(PetscFree4(x, start, node, type));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -202,8 +202,10 @@ static void LooseForces(DemModel model, PetscInt flags)
 PetscErrorCode DemForces_Internal(DemModel model, PetscInt flags)
 {
   const PetscInt n_blocks = model->blocks.n_blocks;
+  PetscErrorCode code     = PETSC_SUCCESS;
 
   PetscFunctionBegin;
+  if (model->ranks) PetscCall(DemHaloMotion_Internal(model));
   if (!model->bonded) {
     LooseForces(model, flags);
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -221,11 +223,17 @@ PetscErrorCode DemForces_Internal(DemModel model, PetscInt flags)
     for (PetscInt b = 0; b < n_blocks; b++) BlockSum(model, b, copy);
 #pragma omp for schedule(static)
     for (PetscInt b = 0; b < n_blocks; b++) BlockDilation(model, b);
+    if (model->ranks) { /* of the ghosts, from their owners */
+#pragma omp master
+      code = DemHaloReal_Internal(model, model->dilation);
+#pragma omp barrier
+    }
 #pragma omp for schedule(static)
     for (PetscInt b = 0; b < n_blocks; b++) BlockForce(model, b, copy, flags);
 #pragma omp for schedule(static)
     for (PetscInt b = 0; b < n_blocks; b++) DemBlockGather_Internal(model, b, flags);
   }
+  PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -240,6 +248,7 @@ PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy)
   if (!model->bonded) PetscFunctionReturn(PETSC_SUCCESS);
   if (model->net) {
     *energy = DemRuleEnergy_Internal(model) + DemWallsEnergy_Internal(model);
+    PetscCall(DemSumRanks_Internal(model, 1, energy));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
 #pragma omp parallel num_threads((int)model->threads)
@@ -262,7 +271,9 @@ PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy)
       model->block_sum[b] = part;
     }
   }
-  for (PetscInt b = 0; b < n_blocks; b++) sum += model->block_sum[b];
+  for (PetscInt b = 0; b < n_blocks; b++)
+    if (DemBlockIsMine(model, b)) sum += model->block_sum[b];
   *energy = sum + DemWallsEnergy_Internal(model);
+  PetscCall(DemSumRanks_Internal(model, 1, energy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

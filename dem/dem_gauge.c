@@ -54,7 +54,7 @@ static PetscErrorCode Gauge(DemModel model)
   PetscCall(PetscMalloc1(6 * n, &stress));
   PetscCall(DemStress_Internal(model, stress));
   for (PetscInt c = 0; c < 8; c++) g[c] = 0;
-  for (PetscInt k = 0; k < n; k++) {
+  for (PetscInt k = 0; k < model->own; k++) {
     const PetscReal V = model->volume[model->rank_of[k]];
 
     if (PetscAbsReal(model->packing.x[3 * k + a] - middle) > reach) continue;
@@ -65,8 +65,19 @@ static PetscErrorCode Gauge(DemModel model)
       mu[c] += V * model->u[c * n + model->rank_of[k]];
     }
   }
+  if (model->ranks) {
+    PetscReal all[10] = {volume, g[0], g[1], g[2], mx[0], mx[1], mx[2], mu[0], mu[1], mu[2]};
+
+    PetscCall(DemSumRanks_Internal(model, 10, all));
+    volume = all[0];
+    for (PetscInt c = 0; c < 3; c++) {
+      g[c]  = all[1 + c];
+      mx[c] = all[4 + c];
+      mu[c] = all[7 + c];
+    }
+  }
   volume = PetscMax(volume, PETSC_MIN_REAL);
-  for (PetscInt k = 0; k < n; k++) { /* slope of u_c on x_c: right for linear fields, which cell means (4.16) are not at the surface */
+  for (PetscInt k = 0; k < model->own; k++) { /* slope of u_c on x_c: right for linear fields, which cell means (4.16) are not at the surface */
     const PetscReal V = model->volume[model->rank_of[k]];
 
     if (PetscAbsReal(model->packing.x[3 * k + a] - middle) > reach) continue;
@@ -77,6 +88,8 @@ static PetscErrorCode Gauge(DemModel model)
       xu[c] += V * x * (model->u[c * n + model->rank_of[k]] - mu[c] / volume);
     }
   }
+  PetscCall(DemSumRanks_Internal(model, 3, xx));
+  PetscCall(DemSumRanks_Internal(model, 3, xu));
   for (PetscInt c = 0; c < 3; c++) g[c] /= volume;
   for (PetscInt c = 0; c < dim; c++) g[3 + c] = xx[c] > 0 ? xu[c] / xx[c] : 0;
   for (PetscInt d = 0; d < dim; d++)

@@ -9,6 +9,7 @@
 #pragma once
 #include "dem.h"
 #include "dem_contacts.h"
+#include "dem_ranks.h"
 
 typedef struct _n_DemNetwork *DemNetwork;
 
@@ -115,6 +116,8 @@ typedef struct {
   PetscInt      *facet;
   PetscReal     *list[7];
   unsigned char *mode;
+  PetscInt      *bond;  /* of each row; not on loan */
+  PetscReal     *place; /* [n_list][7] centroid, normal, area of each row, NULL where the cells have them */
 } DemCrackState;
 
 enum { DEM_BOND_WATCHED = 1, DEM_BOND_TENSION = 2, DEM_BOND_SHEAR = 4, DEM_BOND_LOADED = 8, DEM_BOND_PARTED = 16, DEM_BOND_SLID = 32 /* broken, and slid past its facet's width */, DEM_BOND_APART = 64 /* of two groups: never bonded */, DEM_BOND_KEPT = 128 };
@@ -167,7 +170,9 @@ struct _p_DemModel {
   DemCells   cells;
   DemBody    body;
 
-  PetscInt   n;
+  PetscInt   n;   /* particles here, and length of a row of the arrays below */
+  PetscInt   own; /* the first of them, which move here; n on one rank */
+  DemRanks   ranks; /* NULL on one rank, and during set-up */
   PetscInt  *rank_of, *at; /* [n] internal number of a packing's particle; packing's number of an internal one */
 
   /* Internal order, component-major: a[c*n + p]. */
@@ -241,7 +246,46 @@ static inline PetscReal *DemCopyAt(PetscReal *copy, PetscInt i)
   return copy + DEM_AT_ALL * i;
 }
 
+/* dem_ranks.c: at the end of set-up every rank keeps its part and drops the rest */
+PetscErrorCode DemSpread_Internal(DemModel model);
+PetscErrorCode DemRanksDestroy_Internal(DemModel model);
+PetscErrorCode DemReshape_Internal(DemModel model, PetscInt stride, PetscInt count, const PetscInt take[]); /* particle arrays: rows of `stride`, the first `count` from take[] */
+/* dem_ranks_partition.c: owner of each unit of `unit` particles [ceil(n / unit)], the same on all ranks */
+PetscErrorCode DemPartition_Internal(DemModel model, PetscInt unit, PetscMPIInt owner[]);
+/* dem_ranks_halo.c */
+PetscErrorCode DemHaloSetUp_Internal(DemModel model);    /* after the ghosts' ids are known; collective */
+PetscErrorCode DemHaloMotion_Internal(DemModel model);   /* motion of the ghosts */
+PetscErrorCode DemHaloReal_Internal(DemModel model, PetscReal *a); /* [n] */
+PetscErrorCode DemHaloStress_Internal(DemModel model, PetscReal *a); /* [n][6] */
+PetscErrorCode DemSumRanks_Internal(DemModel model, PetscInt n, PetscReal *a); /* in the order of the ranks; nothing on one */
+PetscErrorCode DemRanksWork_Internal(DemModel model, PetscReal work);          /* of this step; summed over the ranks later */
+PetscErrorCode DemRanksFlush_Internal(DemModel model);
+PetscErrorCode DemGatherBlock_Internal(DemModel model, OutputBlock *block); /* dem_ranks_output.c: rows of the rank's particles become those of all on rank 0 */
+PetscErrorCode DemGatherBlockFree_Internal(DemModel model, OutputBlock *block);
+PetscErrorCode DemGatherPlaces_Internal(DemModel model, PetscInt *n, PetscReal **x);
+PetscErrorCode DemGatherBonds_Internal(DemModel model, const DemBondList *list, PetscInt *n, PetscInt **ends, PetscReal **values); /* [n][2], [n][5] sigma, tau, damage, criterion, state */
+/* dem_ranks_gather.c: what rank 0 writes. On one rank the arrays themselves. */
+typedef enum { DEM_OF_PARTICLES, DEM_OF_BONDS, DEM_OF_WALLS } DemRowsOf;
+PetscErrorCode DemSaveRows_Internal(DemModel model, Checkpoint c, const char *name, DemRowsOf of, PetscInt columns, PetscInt width, const PetscReal *a); /* a[columns][rows][width] */
+PetscErrorCode DemLoadRows_Internal(DemModel model, Checkpoint c, const char *name, DemRowsOf of, PetscInt columns, PetscInt width, PetscReal *a);
+PetscErrorCode DemSaveInts_Internal(DemModel model, Checkpoint c, const char *name, DemRowsOf of, const PetscInt *a); /* [rows] */
+PetscErrorCode DemLoadInts_Internal(DemModel model, Checkpoint c, const char *name, DemRowsOf of, PetscInt *a);
+PetscErrorCode DemGatherReals_Internal(DemModel model, PetscInt rows, const PetscInt key[], PetscInt width, const PetscReal *a, PetscInt *n, PetscReal **all); /* rank 0: rows by ascending key; caller frees */
+PetscErrorCode DemGatherInts_Internal(DemModel model, PetscInt rows, const PetscInt key[], PetscInt width, const PetscInt *a, PetscInt *n, PetscInt **all);
+
+/* Counted here: on several ranks a bond between two of them is in both lists. */
+static inline PetscBool DemBondIsMine(DemModel model, PetscInt e)
+{
+  return (PetscBool)(!model->ranks || model->ranks->mine[e]);
+}
+
+static inline PetscBool DemBlockIsMine(DemModel model, PetscInt b)
+{
+  return (PetscBool)(!model->ranks || model->ranks->block_mine[b]);
+}
+
 /* dem_setup.c */
+PetscErrorCode DemSetUpHalo_Internal(DemModel model); /* of the bonds' blocks */
 PetscErrorCode DemSetUpOrder_Internal(DemModel model);
 PetscErrorCode DemSetUpBonds_Internal(DemModel model);
 PetscErrorCode DemSetUpWalls_Internal(DemModel model);
@@ -254,6 +298,10 @@ void DemBondsForce3_Internal(PetscInt wide, PetscInt first, PetscInt last, const
 /* sum of G (A/d) |gap|^2 over the block's bonds [J] */
 PetscReal DemBondsEnergy2_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal g_shear, const PetscReal *copy);
 PetscReal DemBondsEnergy3_Internal(PetscInt wide, PetscInt first, PetscInt last, const DemBonds *bonds, PetscReal g_shear, const PetscReal *copy);
+
+/* dem_checkpoint.c: as Stepper.save and load */
+PetscErrorCode DemSave_Internal(void *ctx, Checkpoint c);
+PetscErrorCode DemLoad_Internal(void *ctx, Checkpoint c);
 
 /* dem_watch.c */
 PetscErrorCode DemWatch_Internal(void *ctx, RunWatch look, char fault[BASE_LINE]); /* as Stepper.watch */
@@ -269,7 +317,7 @@ PetscReal DemTractionWork_Internal(DemModel model, const PetscReal *before, Pets
 
 void      DemFacetForce_Internal(DemModel model, PetscInt i, PetscReal t[3]); /* of boundary facet i on its particle [N] */
 
-/* dem_fields.c */
+/* dem_fields.c, dem_crack_list.c */
 void           DemBondForce_Internal(DemModel model, PetscInt e, PetscReal t[3]); /* on particle p [N] */
 PetscErrorCode DemStress_Internal(DemModel model, PetscReal *stress);            /* [n][6] packing's order */
 PetscErrorCode DemStrain_Internal(DemModel model, PetscReal *strain);            /* [n][6] */

@@ -3,11 +3,7 @@
 
 PetscErrorCode DemModelCreate(MPI_Comm comm, DemModel *model)
 {
-  PetscMPIInt ranks;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
-  BaseCheckInput(ranks == 1, comm, "Discrete elements run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", (int)ranks);
   PetscCall(PetscNew(model));
   (*model)->comm    = comm;
   (*model)->threads = 1;
@@ -167,7 +163,7 @@ PetscErrorCode DemModelTakeBody(DemModel model, const DemBody *body, const DemPa
   PetscCheck(!cells || packing->n == cells->n, model->comm, PETSC_ERR_ARG_SIZ, "%" PetscInt_FMT " particles but %" PetscInt_FMT " cells", packing->n, cells->n);
   model->dim  = body->dim;
   model->nrot = body->dim == 3 ? 3 : 1;
-  model->n    = packing->n;
+  model->n    = model->own = packing->n;
 
   model->packing.n = packing->n;
   PetscCall(CopyReals(3 * packing->n, packing->x, &model->packing.x));
@@ -398,6 +394,7 @@ PetscErrorCode DemModelSetUp(DemModel model)
   if (model->n_tools) PetscCall(DemToolsSetUp_Internal(model));
   model->ready = PETSC_TRUE;
   DemFacesSetTime_Internal(model, 0);
+  PetscCall(DemSpread_Internal(model));
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
   if (model->contacts.on) {
     PetscCall(DemSetUpContacts_Internal(model));
@@ -416,10 +413,23 @@ PetscErrorCode DemModelSetUp(DemModel model)
 
 PetscErrorCode DemModelGetCounts(DemModel model, PetscInt *particles, PetscInt *bonds, PetscInt *walls)
 {
+  const DemRanks r = model->ranks;
+
   PetscFunctionBegin;
-  if (particles) *particles = model->n;
-  if (bonds) *bonds = model->bonds.n;
-  if (walls) *walls = model->cells.n_walls;
+  if (particles) *particles = r ? r->particles : model->n;
+  if (bonds) *bonds = r ? r->bonds : model->bonds.n;
+  if (walls) *walls = r ? r->cell_walls : model->cells.n_walls;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelGetShare(DemModel model, DemShare *share)
+{
+  const DemRanks r = model->ranks;
+
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before asking for a rank's share");
+  *share = (DemShare){.own = model->own, .ghosts = r ? r->ghosts : 0, .bonds = model->bonds.n, .facets = model->cells.n_facets};
+  for (PetscInt e = 0; e < model->bonds.n; e++) share->counted += DemBondIsMine(model, e);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -429,6 +439,7 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
 
   PetscFunctionBegin;
   if (!model) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DemRanksDestroy_Internal(model));
   PetscCall(DemPackingDestroy(&model->packing));
   PetscCall(DemCellsDestroy(&model->cells));
   PetscCall(PetscFree(model->body.face_name));

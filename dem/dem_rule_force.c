@@ -202,6 +202,7 @@ PetscErrorCode DemRuleForces_Internal(DemModel model, PetscInt flags)
   DemNetwork       net = model->net;
   const PetscBool  advance = (PetscBool)((flags & DEM_WITH_FAILURE) != 0), looks = (PetscBool)(advance && net->hist && model->strength.nonlocal && model->crack.steps % DEM_STRESS_EVERY == 0);
   const PetscBool  stress = (PetscBool)(looks || (advance && net->nu_force));
+  PetscErrorCode   code = PETSC_SUCCESS;
 
   PetscFunctionBegin;
   if (advance) model->crack.steps++;
@@ -215,7 +216,7 @@ PetscErrorCode DemRuleForces_Internal(DemModel model, PetscInt flags)
     for (PetscInt b = 0; b < blocks->n_blocks; b++) DemBlockGather_Internal(model, b, flags);
     if (stress) {
 #pragma omp for schedule(static)
-      for (PetscInt p = 0; p < model->n; p++) {
+      for (PetscInt p = 0; p < model->own; p++) {
         PetscReal *s = net->stress_sum + 6 * p;
 
         for (PetscInt l = blocks->slot_start[p]; l < blocks->slot_start[p + 1]; l++)
@@ -223,13 +224,20 @@ PetscErrorCode DemRuleForces_Internal(DemModel model, PetscInt flags)
         for (PetscInt c = 0; c < 6; c++) net->stress[6 * p + c] = s[c] / model->volume[p];
       }
     }
+    if (stress && model->ranks) { /* of the ghosts, from their owners */
+#pragma omp master
+      code = DemHaloStress_Internal(model, net->stress);
+#pragma omp barrier
+    }
     if (looks) {
 #pragma omp for schedule(static)
       for (PetscInt b = 0; b < blocks->n_blocks; b++) Look(model, b);
     }
   }
+  PetscCall(code);
   if (advance && net->nu_force)
-    for (PetscInt b = 0; b < blocks->n_blocks; b++) net->nu_work += net->block_work[b];
+    for (PetscInt b = 0; b < blocks->n_blocks; b++)
+      if (DemBlockIsMine(model, b)) net->nu_work += net->block_work[b];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -252,6 +260,7 @@ PetscReal DemRuleEnergy_Internal(DemModel model)
   for (PetscInt k = 0; k < model->bonds.n; k++) {
     DemPairForce now;
 
+    if (!DemBondIsMine(model, k)) continue;
     DemPairNow_Internal(model, k, &now);
     sum += now.energy;
   }

@@ -333,15 +333,15 @@ PetscErrorCode DemRuleRate_Internal(DemModel model, PetscBool turned, PetscReal 
 PetscErrorCode DemRuleSave_Internal(DemModel model, Checkpoint c)
 {
   DemNetwork      net = model->net;
-  const PetscInt  m = model->bonds.n;
-  const PetscReal work = net->nu_work;
+  PetscReal       work = net->nu_work;
 
   PetscFunctionBegin;
-  if (net->hist) PetscCall(CheckpointWriteReal(c, "dem/bond_past", DEM_PAST_ALL * m, net->hist));
-  if (net->stress) PetscCall(CheckpointWriteReal(c, "dem/stress", 6 * model->n, net->stress));
+  if (net->hist) PetscCall(DemSaveRows_Internal(model, c, "dem/bond_past", DEM_OF_BONDS, DEM_PAST_ALL, 1, net->hist));
+  if (net->stress) PetscCall(DemSaveRows_Internal(model, c, "dem/stress", DEM_OF_PARTICLES, 1, 6, net->stress));
   if (net->nu_force) {
-    PetscCall(CheckpointWriteReal(c, "dem/poisson_force", m, net->nu_force));
-    PetscCall(CheckpointWriteReal(c, "dem/poisson_length", m, net->nu_length));
+    PetscCall(DemSumRanks_Internal(model, 1, &work));
+    PetscCall(DemSaveRows_Internal(model, c, "dem/poisson_force", DEM_OF_BONDS, 1, 1, net->nu_force));
+    PetscCall(DemSaveRows_Internal(model, c, "dem/poisson_length", DEM_OF_BONDS, 1, 1, net->nu_length));
     PetscCall(CheckpointWriteReal(c, "dem/poisson_work", 1, &work));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -350,15 +350,15 @@ PetscErrorCode DemRuleSave_Internal(DemModel model, Checkpoint c)
 PetscErrorCode DemRuleLoad_Internal(DemModel model, Checkpoint c)
 {
   DemNetwork     net = model->net;
-  const PetscInt m = model->bonds.n;
 
   PetscFunctionBegin;
-  if (net->hist) PetscCall(CheckpointReadReal(c, "dem/bond_past", DEM_PAST_ALL * m, net->hist));
-  if (net->stress) PetscCall(CheckpointReadReal(c, "dem/stress", 6 * model->n, net->stress));
+  if (net->hist) PetscCall(DemLoadRows_Internal(model, c, "dem/bond_past", DEM_OF_BONDS, DEM_PAST_ALL, 1, net->hist));
+  if (net->stress) PetscCall(DemLoadRows_Internal(model, c, "dem/stress", DEM_OF_PARTICLES, 1, 6, net->stress));
   if (net->nu_force) {
-    PetscCall(CheckpointReadReal(c, "dem/poisson_force", m, net->nu_force));
-    PetscCall(CheckpointReadReal(c, "dem/poisson_length", m, net->nu_length));
+    PetscCall(DemLoadRows_Internal(model, c, "dem/poisson_force", DEM_OF_BONDS, 1, 1, net->nu_force));
+    PetscCall(DemLoadRows_Internal(model, c, "dem/poisson_length", DEM_OF_BONDS, 1, 1, net->nu_length));
     PetscCall(CheckpointReadReal(c, "dem/poisson_work", 1, &net->nu_work));
+    if (model->ranks && model->ranks->rank) net->nu_work = 0;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

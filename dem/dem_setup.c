@@ -92,8 +92,9 @@ static int ComparePairs(const void *a, const void *b)
   return s->q < t->q ? -1 : s->q > t->q;
 }
 
-/* Halo of each block: particles of later blocks that its bonds reach, ascending; and each particle's slots, ascending. */
-static PetscErrorCode SetUpHalo(DemModel model)
+/* Halo of each block: particles of other blocks that its bonds reach, ascending; and each particle's slots, ascending. On one rank only a bond's
+   second end can be of another, later block; blocks of other ranks have no particles of their own here. */
+PetscErrorCode DemSetUpHalo_Internal(DemModel model)
 {
   const PetscInt n = model->n;
   DemBonds      *bonds = &model->bonds;
@@ -106,30 +107,30 @@ static PetscErrorCode SetUpHalo(DemModel model)
   for (PetscInt pass = 0; pass < 2; pass++) { /* count, then fill */
     slots = 0;
     for (PetscInt k = 0; k < b->n_blocks; k++) {
-      const PetscInt begin = b->first[k], own = b->first[k + 1] - begin;
+      const PetscInt begin = b->first[k], end = b->first[k + 1], own = end - begin;
       PetscInt       found = 0;
 
-      for (PetscInt e = b->bond[k]; e < b->bond[k + 1]; e++) {
-        const PetscInt q = bonds->q[e];
+      for (PetscInt e = b->bond[k]; e < b->bond[k + 1]; e++)
+        for (PetscInt side = 0; side < 2; side++) {
+          const PetscInt q = side ? bonds->q[e] : bonds->p[e];
 
-        if (q >= b->first[k + 1] && local[q] < 0) {
+          if ((q >= begin && q < end) || local[q] >= 0) continue;
           local[q] = 0;
           if (pass) b->halo[slots + found] = q;
           found++;
         }
-      }
       if (pass) {
         PetscCall(PetscSortInt(found, b->halo + slots));
         for (PetscInt s = 0; s < found; s++) local[b->halo[slots + s]] = own + s;
         for (PetscInt e = b->bond[k]; e < b->bond[k + 1]; e++) {
-          const PetscInt q = bonds->q[e];
+          const PetscInt p = bonds->p[e], q = bonds->q[e];
 
-          bonds->ip[e] = (int)(bonds->p[e] - begin);
-          bonds->iq[e] = (int)(q < b->first[k + 1] ? q - begin : local[q]);
+          bonds->ip[e] = (int)(p >= begin && p < end ? p - begin : local[p]);
+          bonds->iq[e] = (int)(q >= begin && q < end ? q - begin : local[q]);
         }
         for (PetscInt s = 0; s < found; s++) b->slot_start[b->halo[slots + s] + 1]++;
       }
-      for (PetscInt e = b->bond[k]; e < b->bond[k + 1]; e++) local[bonds->q[e]] = -1;
+      for (PetscInt e = b->bond[k]; e < b->bond[k + 1]; e++) local[bonds->p[e]] = local[bonds->q[e]] = -1;
       slots += found;
       b->halo_start[k + 1] = slots;
       b->widest            = PetscMax(b->widest, own + found);
@@ -198,7 +199,7 @@ PetscErrorCode DemSetUpBonds_Internal(DemModel model)
     while (e < m && bonds->p[e] < b->first[k + 1]) e++;
     b->bond[k + 1] = e;
   }
-  PetscCall(SetUpHalo(model));
+  PetscCall(DemSetUpHalo_Internal(model));
 
   PetscCall(PetscCalloc1(b->n_blocks, &model->block_sum));
   PetscCall(PetscCalloc1(model->threads, &model->scratch));

@@ -131,6 +131,10 @@ PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt)
       for (PetscInt d = 0; d < model->dim; d++) work += 0.5 * (model->face[k].reaction[d] + model->face[k].reaction_old[d]) * (model->face[k].shift[d] - model->face[k].shift_old[d]);
     work += DemTractionWork_Internal(model, model->traction_old, model->traction_new);
   }
+  if (model->ranks) {
+    if (model->ranks->walls) PetscCall(DemRanksWork_Internal(model, work));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   model->work += work;
   model->work_in += PetscAbsReal(work);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -149,12 +153,12 @@ PetscErrorCode DemKineticEnergy_Internal(DemModel model, PetscReal *kinetic, Pet
 {
   const PetscInt  n = model->n;
   const PetscReal dt = model->started ? model->dt_last : 0;
-  PetscReal       sum = 0, due = 0, weight = 0;
+  PetscReal       sum = 0, due = 0, weight = 0, all[2];
 
   PetscFunctionBegin;
   DemClumpsEnergy_Internal(model, &sum, &weight);
   for (PetscInt d = 0; d < model->dim; d++)
-    for (PetscInt p = 0; p < n; p++) {
+    for (PetscInt p = 0; p < model->own; p++) {
       const PetscReal v = model->v[d * n + p], f = model->f[d * n + p], drag = Damping(model->alpha, f, v);
 
       if (DemInClump(model, p)) continue;
@@ -162,14 +166,17 @@ PetscErrorCode DemKineticEnergy_Internal(DemModel model, PetscReal *kinetic, Pet
       due += 0.5 * dt * drag * v;
     }
   for (PetscInt d = 0; d < model->nrot; d++)
-    for (PetscInt p = 0; p < n; p++) {
+    for (PetscInt p = 0; p < model->own; p++) {
       const PetscReal v = model->spin[d * n + p], f = model->torque[d * n + p], drag = Damping(model->alpha, f, v);
 
       if (DemInClump(model, p)) continue;
       sum += 0.5 * model->inertia[p] * v * (v + dt / model->inertia[p] * (f - drag));
       due += 0.5 * dt * drag * v;
     }
-  *kinetic     = sum;
-  *damping_due = due;
+  all[0] = sum;
+  all[1] = due;
+  PetscCall(DemSumRanks_Internal(model, 2, all));
+  *kinetic     = all[0];
+  *damping_due = all[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }

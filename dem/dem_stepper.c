@@ -8,9 +8,10 @@ static PetscErrorCode StepperStable(void *ctx, PetscReal *dt)
 
 static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
 {
+  enum { GRAVITY, DAMPED, POISSON, TOOLS, CONTACTS, LOST, FRICTION, FRACTURE, TAKEN, SCALE, PARTS }; /* sums over what is here [J] */
   DemModel       model = ctx;
   const PetscInt n = model->n;
-  PetscReal      kinetic, due, strain, gravity = 0, moving = 0, *dilation = NULL;
+  PetscReal      kinetic, due, strain, gravity = 0, moving = 0, *dilation = NULL, here[PARTS] = {0};
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(ledger, sizeof(*ledger)));
@@ -23,7 +24,7 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
   if (dilation) PetscCall(PetscArraycpy(model->dilation, dilation, n));
   PetscCall(PetscFree(dilation));
   if (model->gravity[0] != 0 || model->gravity[1] != 0 || model->gravity[2] != 0) /* a potential: its work needs no sum over time */
-    for (PetscInt p = 0; p < n; p++) {
+    for (PetscInt p = 0; p < model->own; p++) {
       const PetscReal c[3] = {model->offset[p], model->offset[n + p], model->offset[2 * n + p]};
       PetscReal       turn[3];
 
@@ -31,22 +32,35 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
       DemTurn(model->dim, n, p, model->rot, c, turn);
       for (PetscInt d = 0; d < model->dim; d++) gravity += model->mass[p] * model->gravity[d] * (model->u[d * n + p] + turn[d]);
     }
+  here[GRAVITY]  = gravity;
+  here[DAMPED]   = model->damped;
+  here[POISSON]  = model->net ? model->net->nu_work : 0;
+  here[TOOLS]    = DemToolsEnergy_Internal(model);
+  here[CONTACTS] = model->contacts.on ? DemContactsEnergy_Internal(model) : 0;
+  here[LOST]     = model->contact_lost;
+  here[FRICTION] = model->friction_lost;
+  here[TAKEN]    = model->contacts.taken;
+  if (model->crack.damage)
+    for (PetscInt k = 0; k < model->bonds.n; k++) {
+      if (!DemBondIsMine(model, k)) continue;
+      here[FRACTURE] += model->crack.work[k];
+      here[FRICTION] += model->crack.rub[k];
+    }
+  for (PetscInt p = 0; p < model->own; p++) here[SCALE] += 0.5 * model->material.young * model->volume[p];
+  PetscCall(DemSumRanks_Internal(model, PARTS, here));
+  PetscCall(DemRanksFlush_Internal(model));
+  gravity = here[GRAVITY];
   DemClumpsEnergy_Internal(model, &moving, &gravity);
   if (model->n_tools) DemToolsKinetic_Internal(model, &kinetic, &gravity);
   ledger->energy[LEDGER_KINETIC]  = kinetic;
   ledger->energy[LEDGER_STRAIN]   = strain;
-  ledger->energy[LEDGER_DAMPING]  = model->damped + due + (model->net ? model->net->nu_work : 0);
-  ledger->energy[LEDGER_CONTACT]  = DemToolsEnergy_Internal(model) + (model->contacts.on ? DemContactsEnergy_Internal(model) : 0) + model->contact_lost;
-  ledger->energy[LEDGER_FRICTION] = model->friction_lost;
-  if (model->crack.damage)
-    for (PetscInt k = 0; k < model->bonds.n; k++) {
-      ledger->energy[LEDGER_FRACTURE] += model->crack.work[k];
-      ledger->energy[LEDGER_FRICTION] += model->crack.rub[k];
-    }
-  ledger->energy[LEDGER_WORK]     = model->work + gravity - model->contacts.taken;
+  ledger->energy[LEDGER_DAMPING]  = here[DAMPED] + due + here[POISSON];
+  ledger->energy[LEDGER_CONTACT]  = here[TOOLS] + here[CONTACTS] + here[LOST];
+  ledger->energy[LEDGER_FRICTION] = here[FRICTION];
+  ledger->energy[LEDGER_FRACTURE] = here[FRACTURE];
+  ledger->energy[LEDGER_WORK]     = model->work + gravity - here[TAKEN];
   ledger->work_in                 = model->work_in + PetscAbsReal(gravity);
-  ledger->scale                   = 0; /* strain energy of a strain of one: what the floor of the error is taken from */
-  for (PetscInt p = 0; p < n; p++) ledger->scale += 0.5 * model->material.young * model->volume[p];
+  ledger->scale                   = here[SCALE]; /* strain energy of a strain of one: what the floor of the error is taken from */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -63,6 +77,7 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
   else if (h->quantity[0] == 'r') {
     DemFacesReactions_Internal(model);
     *value = model->face[h->face].reaction[c];
+    PetscCall(DemSumRanks_Internal(model, 1, value));
   } else if (model->face[h->face].fixed[c]) { /* a platen moves as prescribed, whatever its particles do behind it */
     const DemFace *face = &model->face[h->face];
 
@@ -70,7 +85,7 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
     else *value = face->motion[c] == DEM_VELOCITY ? TableValue(&face->table[c], model->time) : TableSlope(&face->table[c], model->time);
   } else { /* area mean over the face, of the facets' own points */
     const DemCells *cells = &model->cells;
-    PetscReal       sum = 0, area = 0;
+    PetscReal       both[2], sum = 0, area = 0;
 
     for (PetscInt k = 0; k < cells->n_walls; k++)
       if (cells->wall_face[k] == h->face) {
@@ -84,7 +99,10 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
         } else sum += cells->wall_area[k] * model->v[c * n + p];
         area += cells->wall_area[k];
       }
-    *value = area > 0 ? sum / area : 0;
+    both[0] = sum;
+    both[1] = area;
+    PetscCall(DemSumRanks_Internal(model, 2, both));
+    *value = both[1] > 0 ? both[0] / both[1] : 0;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -97,19 +115,29 @@ PetscErrorCode DemUnbalanced_Internal(void *ctx, PetscReal *ratio)
   const PetscReal *f = model->f;
   PetscReal        net = 0, through = 0;
   const DemBonds  *b = &model->bonds;
-  PetscInt         m = b->n;
+  PetscInt         m = 0;
 
   PetscFunctionBegin;
-  for (PetscInt p = 0; p < n; p++)
+  for (PetscInt p = 0; p < model->own; p++)
     if (!DemInClump(model, p)) net += PetscSqrtReal(PetscSqr(f[p]) + PetscSqr(f[n + p]) + PetscSqr(f[2 * n + p]));
   for (PetscInt k = 0; k < model->clumps.n; k++) net += PetscSqrtReal(PetscSqr(model->clumps.force[3 * k]) + PetscSqr(model->clumps.force[3 * k + 1]) + PetscSqr(model->clumps.force[3 * k + 2]));
   for (PetscInt e = 0; e < b->n; e++) {
     PetscReal t[3];
 
+    if (!DemBondIsMine(model, e)) continue;
     DemBondForce_Internal(model, e, t);
     through += PetscSqrtReal(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
   }
+  for (PetscInt e = 0; e < b->n; e++) m += DemBondIsMine(model, e);
   if (model->contacts.on) DemContactsThrough_Internal(model, &through, &m);
+  if (model->ranks) {
+    PetscReal all[3] = {net, through, (PetscReal)m};
+
+    PetscCall(DemSumRanks_Internal(model, 3, all));
+    net     = all[0];
+    through = all[1];
+    m       = (PetscInt)all[2];
+  }
   *ratio = through > 0 ? (net / DemGrains_Internal(model)) / (through / m) : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -261,168 +289,20 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
     array[m++] = (OutputArray){"clump", "-", OUTPUT_POINT_DATA, 1, data[11]};
   }
   block.n_arrays = m;
-  if (model->contacts.n_gone) PetscCall(LeaveOut(model, &block, &where));
-  PetscCall(OutputFrameBlock(output, &block));
+  if (model->ranks) {
+    PetscCall(DemGatherBlock_Internal(model, &block));
+    PetscCall(OutputFrameBlock(output, &block));
+    PetscCall(DemGatherBlockFree_Internal(model, &block));
+  } else {
+    if (model->contacts.n_gone) PetscCall(LeaveOut(model, &block, &where));
+    PetscCall(OutputFrameBlock(output, &block));
+  }
   PetscCall(PetscFree(where));
   if (model->n_tools) PetscCall(DemToolsWrite_Internal(model, output));
-  if (OutputWants(output, "bonds") && model->bonds.n) PetscCall(DemWriteBonds_Internal(model, output));
+  if (OutputWants(output, "bonds") && (model->ranks ? model->ranks->bonds : model->bonds.n)) PetscCall(DemWriteBonds_Internal(model, output));
   if (OutputWants(output, "damage") && model->crack.damage) PetscCall(DemWriteCracks_Internal(model, output));
   for (PetscInt k = 0; k < 12; k++) PetscCall(PetscFree(data[k]));
   PetscCall(PetscFree4(start, node, type, radius));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Scalars that a restart needs, in one array. */
-#define SCALARS 9
-
-/* Bytes travel as integers. */
-static PetscErrorCode SaveBytes(Checkpoint c, const char *name, PetscInt n, const unsigned char *bytes)
-{
-  PetscInt *copy;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(n, &copy));
-  for (PetscInt k = 0; k < n; k++) copy[k] = bytes[k];
-  PetscCall(CheckpointWriteInt(c, name, n, copy));
-  PetscCall(PetscFree(copy));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode LoadBytes(Checkpoint c, const char *name, PetscInt n, unsigned char *bytes)
-{
-  PetscInt *copy;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(n, &copy));
-  PetscCall(CheckpointReadInt(c, name, n, copy));
-  for (PetscInt k = 0; k < n; k++) bytes[k] = (unsigned char)copy[k];
-  PetscCall(PetscFree(copy));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode SaveCracks(DemModel model, Checkpoint c)
-{
-  const DemCrackState *crack = &model->crack;
-  const PetscInt       m = model->bonds.n;
-
-  PetscFunctionBegin;
-  PetscCall(CheckpointWriteReal(c, "dem/bond_damage", m, crack->damage));
-  PetscCall(CheckpointWriteReal(c, "dem/bond_opening_direction", 3 * m, crack->e));
-  PetscCall(CheckpointWriteReal(c, "dem/bond_slip", 3 * m, crack->slip));
-  PetscCall(CheckpointWriteReal(c, "dem/bond_fracture_work", m, crack->work));
-  PetscCall(CheckpointWriteReal(c, "dem/bond_friction_work", m, crack->rub));
-  PetscCall(CheckpointWriteReal(c, "dem/bond_time", m, crack->time));
-  PetscCall(CheckpointWriteReal(c, "dem/bond_release", m, crack->release));
-  PetscCall(CheckpointWriteReal(c, "dem/crack_stress", 6 * model->n, crack->stress));
-  PetscCall(SaveBytes(c, "dem/bond_state", m, crack->state));
-  if (crack->limit) PetscCall(CheckpointWriteReal(c, "dem/bond_limit", m, crack->limit));
-  PetscCall(CheckpointWriteInt(c, "dem/block_live", model->blocks.n_blocks, crack->n_live));
-  PetscCall(CheckpointWriteInt(c, "dem/bond_live", m, crack->live));
-  PetscCall(CheckpointWriteInt(c, "dem/stress_steps", 1, &crack->steps));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode LoadCracks(DemModel model, Checkpoint c)
-{
-  DemCrackState *crack = &model->crack;
-  const PetscInt m = model->bonds.n;
-
-  PetscFunctionBegin;
-  PetscCall(CheckpointReadReal(c, "dem/bond_damage", m, crack->damage));
-  PetscCall(CheckpointReadReal(c, "dem/bond_opening_direction", 3 * m, crack->e));
-  PetscCall(CheckpointReadReal(c, "dem/bond_slip", 3 * m, crack->slip));
-  PetscCall(CheckpointReadReal(c, "dem/bond_fracture_work", m, crack->work));
-  PetscCall(CheckpointReadReal(c, "dem/bond_friction_work", m, crack->rub));
-  PetscCall(CheckpointReadReal(c, "dem/bond_time", m, crack->time));
-  PetscCall(CheckpointReadReal(c, "dem/bond_release", m, crack->release));
-  PetscCall(CheckpointReadReal(c, "dem/crack_stress", 6 * model->n, crack->stress));
-  PetscCall(LoadBytes(c, "dem/bond_state", m, crack->state));
-  if (crack->limit) PetscCall(CheckpointReadReal(c, "dem/bond_limit", m, crack->limit));
-  PetscCall(CheckpointReadInt(c, "dem/block_live", model->blocks.n_blocks, crack->n_live));
-  PetscCall(CheckpointReadInt(c, "dem/bond_live", m, crack->live));
-  for (PetscInt b = 0; b < model->blocks.n_blocks; b++) crack->awake[b] = crack->n_live[b] > 0;
-  for (PetscInt k = 0; k < m; k++) model->bonds.now[k] = (1 - crack->damage[k]) * model->bonds.k[k];
-  PetscCall(CheckpointReadInt(c, "dem/stress_steps", 1, &crack->steps));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode StepperSave(void *ctx, Checkpoint c)
-{
-  DemModel        model = ctx;
-  const PetscInt  n = model->n;
-  const PetscReal scalar[SCALARS] = {model->time, model->dt_last, model->started, model->work, model->work_in, model->damped, model->contact_lost, model->friction_lost, model->stable};
-  char            name[64];
-
-  PetscFunctionBegin;
-  PetscCall(CheckpointWriteReal(c, "dem/scalars", SCALARS, scalar));
-  PetscCall(CheckpointWriteInt(c, "dem/number", n, model->at)); /* packing's number of each row below: global ids */
-  PetscCall(CheckpointWriteReal(c, "dem/displacement", 3 * n, model->u));
-  PetscCall(CheckpointWriteReal(c, "dem/velocity", 3 * n, model->v));
-  PetscCall(CheckpointWriteReal(c, "dem/rotation", 4 * n, model->rot));
-  PetscCall(CheckpointWriteReal(c, "dem/spin", 3 * n, model->spin));
-  PetscCall(CheckpointWriteReal(c, "dem/force", 3 * n, model->f));
-  PetscCall(CheckpointWriteReal(c, "dem/couple", 3 * n, model->torque));
-  PetscCall(CheckpointWriteReal(c, "dem/dilation", n, model->dilation));
-  PetscCall(CheckpointWriteReal(c, "dem/vstar", n, model->vstar));
-  if (model->crack.damage) PetscCall(SaveCracks(model, c));
-  if (model->contacts.on) PetscCall(DemContactsSave_Internal(model, c));
-  if (model->rain.rate > 0) PetscCall(DemRainSave_Internal(model, c));
-  PetscCall(DemClumpsSave_Internal(model, c));
-  if (model->net) PetscCall(DemRuleSave_Internal(model, c));
-  for (PetscInt k = 0; k < model->n_faces; k++) {
-    PetscCall(BaseFormat(name, "dem/reaction_%" PetscInt_FMT, k));
-    PetscCall(CheckpointWriteReal(c, name, 3, model->face[k].reaction));
-  }
-  if (model->walls.n) PetscCall(CheckpointWriteReal(c, "dem/traction", 7 * model->walls.n, model->traction_new));
-  PetscCall(DemToolsSave_Internal(model, c));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode StepperLoad(void *ctx, Checkpoint c)
-{
-  DemModel       model = ctx;
-  const PetscInt n = model->n;
-  PetscReal      scalar[SCALARS];
-  PetscInt      *number;
-  PetscBool      same = PETSC_TRUE;
-  char           name[64];
-
-  PetscFunctionBegin;
-  PetscCall(CheckpointReadReal(c, "dem/scalars", SCALARS, scalar));
-  PetscCall(PetscMalloc1(n, &number));
-  PetscCall(CheckpointReadInt(c, "dem/number", n, number));
-  for (PetscInt p = 0; p < n; p++) same = (PetscBool)(same && number[p] == model->at[p]);
-  PetscCall(PetscFree(number));
-  BaseCheckInput(same, model->comm, "The checkpoint's particles stand in another order: it belongs to another packing than this scene makes");
-  PetscCall(CheckpointReadReal(c, "dem/displacement", 3 * n, model->u));
-  PetscCall(CheckpointReadReal(c, "dem/velocity", 3 * n, model->v));
-  PetscCall(CheckpointReadReal(c, "dem/rotation", 4 * n, model->rot));
-  PetscCall(CheckpointReadReal(c, "dem/spin", 3 * n, model->spin));
-  PetscCall(CheckpointReadReal(c, "dem/force", 3 * n, model->f));
-  PetscCall(CheckpointReadReal(c, "dem/couple", 3 * n, model->torque));
-  PetscCall(CheckpointReadReal(c, "dem/dilation", n, model->dilation));
-  PetscCall(CheckpointReadReal(c, "dem/vstar", n, model->vstar));
-  if (model->crack.damage) PetscCall(LoadCracks(model, c));
-  if (model->contacts.on) PetscCall(DemContactsLoad_Internal(model, c));
-  if (model->rain.rate > 0) PetscCall(DemRainLoad_Internal(model, c));
-  PetscCall(DemClumpsLoad_Internal(model, c));
-  if (model->net) PetscCall(DemRuleLoad_Internal(model, c));
-  model->time          = scalar[0];
-  model->dt_last       = scalar[1];
-  model->started       = (PetscBool)(scalar[2] != 0);
-  model->work          = scalar[3];
-  model->work_in       = scalar[4];
-  model->damped        = scalar[5];
-  model->contact_lost  = scalar[6];
-  model->friction_lost = scalar[7];
-  model->stable        = scalar[8];
-  DemFacesSetTime_Internal(model, model->time);
-  for (PetscInt k = 0; k < model->n_faces; k++) {
-    PetscCall(BaseFormat(name, "dem/reaction_%" PetscInt_FMT, k));
-    PetscCall(CheckpointReadReal(c, name, 3, model->face[k].reaction));
-  }
-  if (model->walls.n) PetscCall(CheckpointReadReal(c, "dem/traction", 7 * model->walls.n, model->traction_new));
-  PetscCall(DemToolsLoad_Internal(model, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -439,7 +319,7 @@ PetscErrorCode DemModelGetStepper(DemModel model, Stepper *stepper)
   }
   PetscCall(PetscMemzero(stepper, sizeof(*stepper)));
   *stepper = (Stepper){.name = "dem", .ctx = model, .stable_step = StepperStable, .step = DemStep_Internal, .energy = StepperEnergy, .watch = DemWatch_Internal, .history = StepperHistory, .write = StepperWrite,
-                       .save = StepperSave, .load = StepperLoad, .unbalanced = model->bonds.n ? DemUnbalanced_Internal : NULL, .n_history = model->n_history, .history_name = model->history_name,
+                       .save = DemSave_Internal, .load = DemLoad_Internal, .unbalanced = model->bonds.n ? DemUnbalanced_Internal : NULL, .n_history = model->n_history, .history_name = model->history_name,
                        .history_unit = model->history_unit, .elements = model->bonds.n ? model->bonds.n : model->n};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -464,7 +344,7 @@ PetscErrorCode DemModelGetState(DemModel model, DemState *s)
   PetscFunctionBegin;
   PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before borrowing the state");
   if (!model->f_ext) PetscCall(PetscCalloc2(3 * model->n, &model->f_ext, 3 * model->n, &model->t_ext));
-  *s = (DemState){model->dim, model->n, model->at, model->x0, model->u, model->v, model->rot, model->spin, model->f, model->torque, model->mass, model->inertia, model->f_ext, model->t_ext};
+  *s = (DemState){model->dim, model->n, model->own, model->ranks ? model->ranks->number : model->at, model->x0, model->u, model->v, model->rot, model->spin, model->f, model->torque, model->mass, model->inertia, model->f_ext, model->t_ext};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,19 +3,39 @@
 
 #define FAR 1000. /* sizes of its body that a particle may be away from where it began */
 
+typedef enum { SOUND, LOST, RUNS, NOT_FINITE } Fault; /* the graver, the higher */
+
+/* Of what the ranks have found the gravest, and of runaways the fastest, is said by all. */
+static PetscErrorCode Agree(DemModel model, Fault what, PetscReal worst, char fault[BASE_LINE])
+{
+  DemRanks    r = model->ranks;
+  PetscReal   mine[2] = {what, what == RUNS ? worst : 0}, *all;
+  PetscMPIInt best = 0;
+
+  PetscFunctionBegin;
+  if (!r) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(2 * r->size, &all));
+  PetscCallMPI(MPI_Allgather(mine, 2, MPIU_REAL, all, 2, MPIU_REAL, model->comm));
+  for (PetscMPIInt s = 1; s < r->size; s++)
+    if (all[2 * s] > all[2 * best] || (all[2 * s] == all[2 * best] && all[2 * s + 1] > all[2 * best + 1])) best = s;
+  PetscCall(PetscFree(all));
+  PetscCallMPI(MPI_Bcast(fault, BASE_LINE, MPI_CHAR, best, model->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemWatch_Internal(void *ctx, RunWatch look, char fault[BASE_LINE])
 {
   DemModel        model = ctx;
   const PetscInt  n = model->n, dim = model->dim;
   const PetscReal dt = model->dt_last;
   PetscReal       size2 = 0, worst = look == RUN_WATCH_FASTEST ? 0 : 1, speed = 0, away = 0, x[3] = {0};
-  PetscInt        bad = -1;
-  enum { SOUND, NOT_FINITE, RUNS, LOST } what = SOUND;
+  PetscInt        bad = -1, number;
+  Fault           what = SOUND;
 
   PetscFunctionBegin;
   fault[0] = 0;
   for (PetscInt d = 0; d < dim; d++) size2 += PetscSqr(model->body.high[d] - model->body.low[d]);
-  for (PetscInt p = 0; p < n && what != NOT_FINITE; p++) {
+  for (PetscInt p = 0; p < model->own && what != NOT_FINITE; p++) {
     PetscReal v2 = 0, u2 = 0, steps;
 
     for (PetscInt d = 0; d < dim; d++) {
@@ -36,17 +56,22 @@ PetscErrorCode DemWatch_Internal(void *ctx, RunWatch look, char fault[BASE_LINE]
       away = PetscSqrtReal(u2);
     }
   }
-  if (what == SOUND) PetscFunctionReturn(PETSC_SUCCESS);
+  if (what == SOUND) {
+    PetscCall(Agree(model, SOUND, 0, fault));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  number = (model->ranks ? model->ranks->number : model->at)[bad];
   for (PetscInt d = 0; d < dim; d++) x[d] = model->x0[d * n + bad];
   if (what == NOT_FINITE)
-    PetscCall(PetscSNPrintf(fault, BASE_LINE, "particle %" PetscInt_FMT ", at (%.6g, %.6g, %.6g) m before it moved, has a place or a velocity that is not finite", model->at[bad], (double)x[0], (double)x[1], (double)x[2]));
+    PetscCall(PetscSNPrintf(fault, BASE_LINE, "particle %" PetscInt_FMT ", at (%.6g, %.6g, %.6g) m before it moved, has a place or a velocity that is not finite", number, (double)x[0], (double)x[1], (double)x[2]));
   else if (what == RUNS && look == RUN_WATCH_FASTEST)
-    PetscCall(PetscSNPrintf(fault, BASE_LINE, "the fastest particle is %" PetscInt_FMT ", at (%.6g, %.6g, %.6g) m before it moved: %.6g m/s", model->at[bad], (double)x[0], (double)x[1], (double)x[2], (double)speed));
+    PetscCall(PetscSNPrintf(fault, BASE_LINE, "the fastest particle is %" PetscInt_FMT ", at (%.6g, %.6g, %.6g) m before it moved: %.6g m/s", number, (double)x[0], (double)x[1], (double)x[2], (double)speed));
   else if (what == RUNS)
-    PetscCall(PetscSNPrintf(fault, BASE_LINE, "particle %" PetscInt_FMT ", at (%.6g, %.6g, %.6g) m before it moved, runs away: %.6g m/s crosses its radius, %.6g m, in less than a step of %.6g s", model->at[bad], (double)x[0], (double)x[1],
+    PetscCall(PetscSNPrintf(fault, BASE_LINE, "particle %" PetscInt_FMT ", at (%.6g, %.6g, %.6g) m before it moved, runs away: %.6g m/s crosses its radius, %.6g m, in less than a step of %.6g s", number, (double)x[0], (double)x[1],
                             (double)x[2], (double)speed, (double)model->r[bad], (double)dt));
   else
-    PetscCall(PetscSNPrintf(fault, BASE_LINE, "particle %" PetscInt_FMT ", at (%.6g, %.6g, %.6g) m before it moved, is lost: %.6g m away from there, %.6g times the size of its body: a floor, or contact.domain, would hold it or take it out", model->at[bad],
+    PetscCall(PetscSNPrintf(fault, BASE_LINE, "particle %" PetscInt_FMT ", at (%.6g, %.6g, %.6g) m before it moved, is lost: %.6g m away from there, %.6g times the size of its body: a floor, or contact.domain, would hold it or take it out", number,
                             (double)x[0], (double)x[1], (double)x[2], (double)away, (double)(away / PetscSqrtReal(size2))));
+  PetscCall(Agree(model, what, worst, fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
