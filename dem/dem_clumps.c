@@ -391,6 +391,7 @@ PetscReal DemClumpLight_Internal(DemModel model, PetscInt p, PetscReal *share)
 
 PetscInt DemGrains_Internal(DemModel model)
 {
+  if (model->ranks) return model->ranks->particles;
   return model->clumps.n ? model->n - model->clumps.start[model->clumps.n] + model->clumps.n : model->n;
 }
 

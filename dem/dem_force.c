@@ -271,6 +271,7 @@ PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy)
       model->block_sum[b] = part;
     }
   }
+  if (model->ranks) PetscCall(DemHaloReal_Internal(model, model->dilation));
   for (PetscInt b = 0; b < n_blocks; b++)
     if (DemBlockIsMine(model, b)) sum += model->block_sum[b];
   *energy = sum + DemWallsEnergy_Internal(model);
