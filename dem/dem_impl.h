@@ -286,6 +286,7 @@ static inline PetscBool DemBlockIsMine(DemModel model, PetscInt b)
 
 /* dem_setup.c */
 PetscErrorCode DemSetUpHalo_Internal(DemModel model); /* of the bonds' blocks */
+PetscErrorCode DemSetUpScratch_Internal(DemModel model);
 PetscErrorCode DemSetUpOrder_Internal(DemModel model);
 PetscErrorCode DemSetUpBonds_Internal(DemModel model);
 PetscErrorCode DemSetUpWalls_Internal(DemModel model);

@@ -347,12 +347,7 @@ static PetscErrorCode CutBlocks(DemModel model, const Part *part)
   PetscCall(PetscArraycpy(b->bond, part->bond_start, b->n_blocks + 1));
   b->halo_start[0] = 0;
   PetscCall(DemSetUpHalo_Internal(model));
-  PetscCall(PetscFree(model->block_sum));
-  PetscCall(PetscCalloc1(b->n_blocks, &model->block_sum));
-  for (PetscInt t = 0; t < model->threads; t++) {
-    PetscCall(PetscFree(model->scratch[t]));
-    PetscCall(PetscCalloc1(DEM_COPY_ALL * b->widest + 8, &model->scratch[t]));
-  }
+  PetscCall(DemSetUpScratch_Internal(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -389,18 +384,20 @@ static PetscErrorCode CutRule(DemModel model, const Part *part, PetscInt old_bon
   PetscFunctionBegin;
   if (!net) PetscFunctionReturn(PETSC_SUCCESS);
   {
-    PetscReal *a[4];
+    PetscReal *a[5];
 
-    PetscCall(PetscMalloc4(m, &a[0], m, &a[1], m, &a[2], m, &a[3]));
+    PetscCall(PetscMalloc5(m, &a[0], m, &a[1], m, &a[2], m, &a[3], m, &a[4]));
     Columns(1, 0, m, m, part->bond, net->kn, a[0]);
     Columns(1, 0, m, m, part->bond, net->ks, a[1]);
     Columns(1, 0, m, m, part->bond, net->area, a[2]);
     Columns(1, 0, m, m, part->bond, net->part, a[3]);
-    PetscCall(PetscFree4(net->kn, net->ks, net->area, net->part));
+    Columns(1, 0, m, m, part->bond, net->length, a[4]);
+    PetscCall(PetscFree5(net->kn, net->ks, net->area, net->part, net->length));
     net->kn   = a[0];
     net->ks   = a[1];
     net->area = a[2];
     net->part = a[3];
+    net->length = a[4];
   }
   if (net->hist) {
     PetscReal *hist;

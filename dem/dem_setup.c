@@ -149,6 +149,22 @@ PetscErrorCode DemSetUpHalo_Internal(DemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Room for a block's copy on every thread, and for the blocks' sums. */
+PetscErrorCode DemSetUpScratch_Internal(DemModel model)
+{
+  const PetscInt line = 64 / sizeof(PetscReal), room = (DEM_COPY_ALL * model->blocks.widest + line) / line * line; /* whole cache lines: a force record is one */
+
+  PetscFunctionBegin;
+  PetscCall(PetscFree(model->block_sum));
+  PetscCall(PetscFree(model->scratch));
+  PetscCall(PetscFree(model->scratch_room));
+  PetscCall(PetscCalloc1(model->blocks.n_blocks, &model->block_sum));
+  PetscCall(PetscCalloc1(model->threads, &model->scratch));
+  PetscCall(PetscCalloc1(model->threads * room + line, &model->scratch_room));
+  for (PetscInt t = 0; t < model->threads; t++) model->scratch[t] = (PetscReal *)(((uintptr_t)model->scratch_room + 63) / 64 * 64) + t * room;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemSetUpBonds_Internal(DemModel model)
 {
   const PetscInt  n = model->n, dim = model->dim;
@@ -201,11 +217,7 @@ PetscErrorCode DemSetUpBonds_Internal(DemModel model)
   }
   PetscCall(DemSetUpHalo_Internal(model));
 
-  PetscCall(PetscCalloc1(b->n_blocks, &model->block_sum));
-  PetscCall(PetscCalloc1(model->threads, &model->scratch));
-  const PetscInt line = 64 / sizeof(PetscReal), room = (DEM_COPY_ALL * b->widest + line) / line * line; /* whole cache lines: a force record is one */
-  PetscCall(PetscCalloc1(model->threads * room + line, &model->scratch_room));
-  for (PetscInt t = 0; t < model->threads; t++) model->scratch[t] = (PetscReal *)(((uintptr_t)model->scratch_room + 63) / 64 * 64) + t * room;
+  PetscCall(DemSetUpScratch_Internal(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

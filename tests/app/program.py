@@ -425,12 +425,12 @@ def test_failure(folder):
 
 
 def test_ranks(folder):
-    """Particles on two ranks are refused in words; elements run there and tell the same story."""
+    """Few particles on two ranks are refused in words (tests/app/ranks.py has many); elements run there and tell the same story."""
     write(folder, "fem.yaml", FEM)
     write(folder, "dem.yaml", DEM)
     mpi = ["mpiexec", "--oversubscribe", "-n", "2", CLEAVE, "run", "--threads", "1", "--no-plots"]
     done = subprocess.run(mpi + ["dem.yaml"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
-    check(done.returncode == 2 and "one rank" in done.stdout, done.returncode, done.stdout)
+    check(done.returncode == 2 and "too few for 2 ranks" in done.stdout, done.returncode, done.stdout)
     bad = subprocess.run(mpi + ["fem.yaml", "--set", "time.end=3 kg"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
     check(bad.returncode == 2 and bad.stdout.count("is a mass") == 1, bad.returncode, bad.stdout)
     check(not os.path.exists(os.path.join(folder, "results")), "something was written")

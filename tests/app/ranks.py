@@ -1,0 +1,139 @@
+"""Bonded particles on one, two and four ranks: a bar that tears, from a mesh, in groups. The same files; on from a checkpoint with another number of ranks.
+
+ranks.py CLEAVE
+"""
+import csv
+import glob
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy
+
+CLEAVE = sys.argv[1]
+GEO = """\
+Point(1) = {0, 0, 0, 8}; Point(2) = {30, 0, 0, 8}; Point(3) = {60, 0, 0, 8};
+Point(4) = {60, 20, 0, 8}; Point(5) = {30, 20, 0, 8}; Point(6) = {0, 20, 0, 8};
+Line(1) = {1, 2}; Line(2) = {2, 3}; Line(3) = {3, 4}; Line(4) = {4, 5}; Line(5) = {5, 6}; Line(6) = {6, 1}; Line(7) = {2, 5};
+Curve Loop(1) = {1, 7, 5, 6}; Plane Surface(1) = {1};
+Curve Loop(2) = {2, 3, 4, -7}; Plane Surface(2) = {2};
+Physical Surface("bar") = {1, 2};
+Physical Surface("left") = {1};
+Physical Surface("right") = {2};
+Physical Curve("a") = {6};
+Physical Curve("b") = {3};
+"""
+SCENE = """\
+title: a bar that tears
+dimension: 2
+plane: stress
+thickness: 10 mm
+time: {end: 0.12 ms}
+materials:
+  rock: {density: 2500 kg/m3, young: 30 GPa, poisson: 0.2, law: cohesive, tensile_strength: 4 MPa, fracture_energy: 20 J/m2, shear_strength: 12 MPa, fracture_energy_shear: 200 J/m2, mu_dynamic: 0.3, local_damping: 0.3}
+bodies:
+  bar:
+    geometry: bar.geo
+    length_unit: 1 mm
+    group: bar
+    method: dem
+    material: rock
+    dem: {packing: {radius: 0.55 mm, spread: 0.2, seed: 3}}
+conditions:
+  - {group: a, velocity: {x: {ramp: {to: -1 m/s, over: 0.02 ms}}, y: 0 m/s}}
+  - {group: b, velocity: {x: {ramp: {to: 1 m/s, over: 0.02 ms}}, y: 0 m/s}}
+output:
+  history: {every: 2 us, quantities: [reaction(a), reaction(b), displacement(b), gauge, quality]}
+  fields: {every: 30 us, names: [displacement, velocity, rotation, orientation, stress, strain, damage, coordination, criterion, fragment, bonds]}
+"""
+
+
+def fail(*what):
+    print(*what)
+    sys.exit(1)
+
+
+def run(folder, ranks, output, *words, expect=0):
+    """One run; with one rank mpiexec stays out of it."""
+    start = ["mpiexec", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+    done = subprocess.run(start + [CLEAVE, "run", "bar.yaml", "--threads", "1", "--no-plots", "--output", output, *words], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600)
+    if done.returncode != expect:
+        fail(output, "ended with", done.returncode, done.stdout[-3000:])
+    return done.stdout
+
+
+def history(folder, output):
+    with open(os.path.join(folder, output, "history.csv"), newline="") as file:
+        rows = list(csv.reader(file))
+    return rows[0], numpy.array([[float(x) for x in row] for row in rows[1:]])
+
+
+def same(folder, one, other):
+    """Files of particles, bonds and cracks to the last bit, sums to rounding."""
+    names, a = history(folder, one)
+    _, b = history(folder, other)
+    if a.shape != b.shape:
+        fail("history of", other, "has", b.shape, "not", a.shape)
+    for column, name in enumerate(names):
+        scale = abs(a[:, column]).max()
+        tolerance = 1e-9 if name.startswith("ledger_error") else 1e-10 * scale
+        if abs(a[:, column] - b[:, column]).max() > tolerance:
+            fail(name, "of", other, "differs by", abs(a[:, column] - b[:, column]).max(), "of", scale)
+    for file in ("cracks.csv",):
+        with open(os.path.join(folder, one, file)) as p, open(os.path.join(folder, other, file)) as q:
+            if p.read() != q.read():
+                fail(file, "of", other, "differs")
+    frames = sorted(glob.glob(os.path.join(folder, one, "fields", "*.h5")))
+    if len(frames) < 3 or len(frames) != len(glob.glob(os.path.join(folder, other, "fields", "*.h5"))):
+        fail("frames of", one, "and", other)
+    arrays = 0
+    for frame in frames:
+        with h5py.File(frame, "r") as p, h5py.File(frame.replace(os.sep + one + os.sep, os.sep + other + os.sep), "r") as q:
+            found = []
+            p.visititems(lambda name, node: found.append(name) if isinstance(node, h5py.Dataset) else None)
+            for name in found:
+                arrays += 1
+                x, y = p[name][()], q[name][()]
+                if x.shape != y.shape or x.tobytes() != y.tobytes():
+                    fail(name, "in", frame, "differs in", other)
+    if arrays < 60:
+        fail("only", arrays, "arrays")
+
+
+def main():
+    folder = tempfile.mkdtemp(prefix="cleave-ranks-")
+    try:
+        with open(os.path.join(folder, "bar.geo"), "w") as file:
+            file.write(GEO)
+        with open(os.path.join(folder, "bar.yaml"), "w") as file:
+            file.write(SCENE)
+        run(folder, 1, "one")
+        run(folder, 2, "two")
+        run(folder, 4, "four")
+        with open(os.path.join(folder, "one", "cracks.csv")) as file:
+            broken = sum(float(row["broken[-]"]) > 0.99 for row in csv.DictReader(file))
+        if broken < 20:
+            fail("only", broken, "facets broken")
+        with open(os.path.join(folder, "two", "summary.json")) as file:
+            if json.load(file)["plan"]["ranks"] != 2:
+                fail("not two ranks")
+        same(folder, "one", "two")
+        same(folder, "one", "four")
+        for first, then in ((2, 1), (1, 2), (2, 4)):
+            output = "from%dto%d" % (first, then)
+            run(folder, first, output, "--stop-after", "150")
+            run(folder, then, output, "--resume")
+            same(folder, "one", output)
+        if "too few for 3 ranks" not in run(folder, 3, "few", "--set", "bodies.bar.dem.packing.radius=1.2 mm", expect=2):
+            fail("too many ranks are not told")
+        print("ranks passed:", broken, "facets broken")
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    main()
