@@ -165,8 +165,8 @@ static PetscErrorCode Corners(DemModel model, PetscInt **count, PetscReal **x, P
     const PetscInt first = cells->facet_start[crack->facet[i]], last = cells->facet_start[crack->facet[i] + 1];
 
     (*count)[i] = last - first;
-    PetscCall(PetscArraycpy(*x + 3 * *points, cells->corner + 3 * first, 3 * (last - first)));
-    *points += last - first;
+    for (PetscInt k = first; k < last; k++, (*points)++)
+      for (PetscInt d = 0; d < 3; d++) (*x)[3 * *points + d] = cells->at[3 * crack->facet[i] + d] + cells->corner[3 * k + d];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

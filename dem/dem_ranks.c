@@ -228,8 +228,8 @@ static PetscErrorCode CutCells(DemModel model, const Part *part)
   }
   for (PetscInt w = 0; w < c->n_walls; w++) c->wall_p[w] = part->local[model->rank_of[c->wall_p[w]]];
   if (c->facet_start) {
-    PetscInt  *start, corners = 0;
-    PetscReal *corner;
+    PetscInt *start, corners = 0;
+    float    *corner;
 
     PetscCall(PetscMalloc1(part->facets + 1, &start));
     for (PetscInt f = 0; f < part->facets; f++) corners += c->facet_start[part->facet[f] + 1] - c->facet_start[part->facet[f]];
