@@ -39,7 +39,7 @@ typedef struct {
   char      quantity[32];
   PetscInt  face, tool; /* one of them >= 0; both -1: a column of dem_gauge.c */
   PetscInt  component;
-  PetscInt  particle; /* of a probe, packing's number; -1: no cell holds the point */
+  PetscInt  particle; /* of a probe, packing's number; -1: no cell holds the point; -2: another rank's does */
   PetscReal arm[3];   /* of a probe, from the particle [m] */
   char     *name;
   const char *unit;
@@ -277,6 +277,12 @@ PetscErrorCode DemGatherInts_Internal(DemModel model, PetscInt rows, const Petsc
 static inline PetscBool DemBondIsMine(DemModel model, PetscInt e)
 {
   return (PetscBool)(!model->ranks || model->ranks->mine[e]);
+}
+
+/* Number here of an own particle by its number on one rank; -1: another rank's. */
+static inline PetscInt DemOwnOf(const DemRanks r, PetscInt id)
+{
+  return r->unit_owner[id / r->unit] == r->rank ? r->unit_start[id / r->unit] + id % r->unit : -1;
 }
 
 static inline PetscBool DemBlockIsMine(DemModel model, PetscInt b)

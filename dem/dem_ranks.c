@@ -226,6 +226,13 @@ static PetscErrorCode CutCells(DemModel model, const Part *part)
     c->p[f] = part->local[model->rank_of[c->p[f]]];
     c->q[f] = part->local[model->rank_of[c->q[f]]];
   }
+  for (PetscInt k = 0; k < model->n_history; k++) { /* probes are the owner's */
+    DemHistory *h = &model->history[k];
+
+    if (h->quantity[0] != 'p' || h->particle < 0) continue;
+    h->particle = part->local[model->rank_of[h->particle]];
+    if (h->particle < 0 || h->particle >= part->own) h->particle = -2;
+  }
   for (PetscInt w = 0; w < c->n_walls; w++) c->wall_p[w] = part->local[model->rank_of[c->wall_p[w]]];
   if (c->facet_start) {
     PetscInt *start, corners = 0;
@@ -265,6 +272,7 @@ static PetscErrorCode CutCells(DemModel model, const Part *part)
   PetscCall(TakeReals(part->n, packed, 3, &model->packing.x));
   PetscCall(TakeReals(part->n, packed, 1, &model->packing.r));
   model->packing.n = part->n;
+  PetscCall(TakeReals(part->facets, part->facet, 1, &model->weak));
   PetscCall(PetscFree(model->group));
   PetscCall(PetscFree(model->breakable));
   PetscCall(PetscFree2(wall, packed));

@@ -71,7 +71,11 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
   const PetscInt    n = model->n, c = h->component;
 
   PetscFunctionBegin;
-  if (h->quantity[0] == 'p') PetscCall(DemProbe_Internal(model, h, value));
+  if (h->quantity[0] == 'p') {
+    *value = 0;
+    if (h->particle != -2) PetscCall(DemProbe_Internal(model, h, value)); /* -2: another rank's */
+    PetscCall(DemSumRanks_Internal(model, h->particle == -1 ? 0 : 1, value));
+  }
   else if (h->tool < 0 && h->face < 0) PetscCall(DemColumn_Internal(model, h, value));
   else if (h->tool >= 0) *value = DemToolHistory_Internal(model, h->tool, h->quantity, c);
   else if (h->quantity[0] == 'r') {

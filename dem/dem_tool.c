@@ -325,6 +325,19 @@ static PetscErrorCode ToolForce(DemModel model, DemTool *tool, PetscReal dt, Dem
     model->friction_lost += part[b].friction;
     model->contact_lost += part[b].damping;
   }
+  if (model->ranks) {
+    PetscReal all[6];
+
+    for (PetscInt d = 0; d < 3; d++) {
+      all[d]     = tool->force[d];
+      all[3 + d] = tool->torque[d];
+    }
+    PetscCall(DemSumRanks_Internal(model, 6, all));
+    for (PetscInt d = 0; d < 3; d++) {
+      tool->force[d]  = all[d];
+      tool->torque[d] = all[3 + d];
+    }
+  }
   if (dt > 0) {
     for (PetscInt d = 0; d < 3; d++) {
       const PetscReal f = 0.5 * (tool->force[d] + tool->force_old[d]), t = 0.5 * (tool->torque[d] + tool->torque_old[d]);

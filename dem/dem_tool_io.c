@@ -131,32 +131,43 @@ PetscErrorCode DemToolsSave_Internal(DemModel model, Checkpoint c)
   PetscFunctionBegin;
   for (PetscInt k = 0; k < model->n_tools; k++) {
     DemTool  *tool = model->tool[k];
-    PetscInt  n    = Contacts(model, tool), at = 0, *particle;
-    PetscReal row[DEM_TOOL_STATE] = {0}, *data;
+    PetscInt  n    = Contacts(model, tool), all = n, at = 0, *particle, *number;
+    PetscReal row[DEM_TOOL_STATE] = {0}, *data, *rows;
     char      name[64];
 
     PetscCall(DemToolPack_Internal(tool, PETSC_TRUE, row));
     PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_state", k));
     PetscCall(CheckpointWriteReal(c, name, DEM_TOOL_STATE, row));
     PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_contacts", k));
-    PetscCall(CheckpointWriteInt(c, name, 1, &n));
-    if (!n) continue;
+    if (model->ranks) PetscCallMPI(MPI_Allreduce(&n, &all, 1, MPIU_INT, MPI_SUM, model->comm));
+    PetscCall(CheckpointWriteInt(c, name, 1, &all));
+    if (!all) continue;
     PetscCall(PetscMalloc2(n, &particle, ROW * n, &data));
     for (PetscInt b = 0; b < model->blocks.n_blocks; b++)
       for (PetscInt i = 0; i < tool->n_contacts[b]; i++, at++) {
         const DemToolContact *s = &tool->contact[b][i];
 
-        particle[at] = s->p;
+        particle[at] = model->ranks ? model->ranks->id[s->p] : s->p;
         for (PetscInt d = 0; d < 3; d++) data[ROW * at + d] = s->n[d];
         data[ROW * at + 3] = s->radius;
         data[ROW * at + 4] = s->size;
         data[ROW * at + 5] = s->energy;
         PetscCall(PetscMemcpy(&data[ROW * at + 6], &s->history, sizeof(s->history)));
       }
+    number = particle;
+    rows   = data;
+    if (model->ranks) { /* by particle; contacts of one particle stay in their order */
+      PetscCall(DemGatherInts_Internal(model, n, particle, 1, particle, &all, &number));
+      PetscCall(DemGatherReals_Internal(model, n, particle, ROW, data, &all, &rows));
+    }
     PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_particle", k));
-    PetscCall(CheckpointWriteInt(c, name, n, particle));
+    PetscCall(CheckpointWriteInt(c, name, all, number));
     PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_history", k));
-    PetscCall(CheckpointWriteReal(c, name, ROW * n, data));
+    PetscCall(CheckpointWriteReal(c, name, ROW * all, rows));
+    if (model->ranks) {
+      PetscCall(PetscFree(number));
+      PetscCall(PetscFree(rows));
+    }
     PetscCall(PetscFree2(particle, data));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -185,6 +196,19 @@ PetscErrorCode DemToolsLoad_Internal(DemModel model, Checkpoint c)
     PetscCall(CheckpointReadInt(c, name, n, particle));
     PetscCall(BaseFormat(name, "dem/tool_%" PetscInt_FMT "_history", k));
     PetscCall(CheckpointReadReal(c, name, ROW * n, data));
+    if (model->ranks) { /* keep what touches the rank's own */
+      PetscInt kept = 0;
+
+      for (PetscInt i = 0; i < n; i++) {
+        const PetscInt p = DemOwnOf(model->ranks, particle[i]);
+
+        if (p < 0) continue;
+        particle[kept] = p;
+        PetscCall(PetscArraymove(data + ROW * kept, data + ROW * i, ROW));
+        kept++;
+      }
+      n = kept;
+    }
     for (PetscInt b = 0; b < model->blocks.n_blocks; b++) {
       PetscInt m = 0;
 
