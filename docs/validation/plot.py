@@ -23,6 +23,12 @@ def save(figure, name):
     figure.savefig(os.path.join(HERE, name), dpi=110)
 
 
+def ticks(axes, values):
+    for axis in axes:
+        axis.set_xticks(values, [f"{v:g}" for v in values])
+        axis.set_xticks([], minor=True)
+
+
 def elastic():
     rows = [r for r in table("elastic.csv") if r["platens"] == "smooth" and r["shape"] == "box"]
     figure, axes = plt.subplots(1, 2, figsize=(10, 4))
@@ -63,6 +69,7 @@ def rates():
         axis.semilogx([float(r["rate"]) for r in own], [float(r["peak_MPa"]) / slow for r in own], "o-", label=scene)
     axis.axhspan(0.98, 1.02, color="0.9")
     axis.set(xlabel="loading rate / shipped", ylabel="peak / peak at the slowest")
+    ticks([axis], (0.5, 1, 2))
     axis.legend()
     save(figure, "rates.png")
 
@@ -81,7 +88,59 @@ def published():
     save(figure, "published.png")
 
 
+def convergence():
+    rows = table("convergence.csv")
+    if not rows:
+        return
+    figure, axes = plt.subplots(1, 3, figsize=(13, 4))
+    for axis, what, label in zip(axes, ("spheres", "step", "rate"), ("spheres", "step / (0.9 of critical)", "rate / (0.1 m/s a platen, 300 mm)")):
+        for rule, mark in (("published", "^-"), ("exact", "o-")):
+            own = sorted((float(r["spheres"] if what == "spheres" else r["factor"]), float(r["peak_MPa"])) for r in rows if r["what"] == what and r["rule"] == rule)
+            axis.semilogx([x for x, _ in own], [y for _, y in own], mark, label=rule, mfc="none")
+        axis.set(xlabel=label, ylabel="peak [MPa]", ylim=(0, None))
+        if what != "spheres":
+            ticks([axis], (0.25, 0.5, 1, 2))
+        axis.legend()
+    axes[0].axhline(32.8, color="0.7", lw=1)
+    save(figure, "convergence.png")
+
+
+def confinement():
+    rows = table("confinement.csv")
+    if not rows:
+        return
+    p = [float(r["pressure_MPa"]) for r in rows]
+    figure, axes = plt.subplots(1, 2, figsize=(10, 4))
+    axes[0].plot(p, [float(r["peak_MPa"]) for r in rows], "o-", mfc="none")
+    axes[1].plot(p, [1e3 * float(r["strain_at_peak"]) for r in rows], "o-", mfc="none", label="at the peak")
+    axes[1].plot(p, [1e3 * float(r["strain_at_0.9_after"]) for r in rows], "s-", mfc="none", label="where a tenth is lost")
+    axes[0].set(xlabel="pressure from the side [MPa]", ylabel="peak axial stress [MPa]")
+    axes[1].set(xlabel="pressure from the side [MPa]", ylabel="axial strain [1e-3]")
+    axes[1].legend()
+    save(figure, "confinement.png")
+
+
+def notched():
+    rows = table("notched.csv")
+    if not rows:
+        return
+    figure, axes = plt.subplots(1, 2, figsize=(10, 4))
+    for dim, mark in (("2", "o"), ("3", "s")):
+        own = [r for r in rows if r["dim"] == dim]
+        for axis, column in zip(axes, ("peak", "energy")):
+            axis.plot([float(r["cell_mm"]) for r in own], [float(r[column]) for r in own], mark, mfc="none", label="plane" if dim == "2" else "solid")
+    axes[0].axhspan(0.98, 1.02, color="0.9")
+    axes[1].axhspan(0.97, 1.03, color="0.9")
+    axes[0].set(xlabel="cell [mm], ligament 10 mm", ylabel="peak / tensile strength")
+    axes[1].set(xlabel="cell [mm], ligament 10 mm", ylabel="energy / fracture energy x projected area")
+    axes[0].legend()
+    save(figure, "notched.png")
+
+
 elastic()
 alpha_beta()
 rates()
 published()
+convergence()
+confinement()
+notched()
