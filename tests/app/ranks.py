@@ -15,6 +15,7 @@ import h5py
 import numpy
 
 CLEAVE = sys.argv[1]
+os.environ.setdefault("OMPI_MCA_mpi_yield_when_idle", "1")  # four ranks may have one core
 GEO = """\
 Point(1) = {0, 0, 0, 8}; Point(2) = {30, 0, 0, 8}; Point(3) = {60, 0, 0, 8};
 Point(4) = {60, 20, 0, 8}; Point(5) = {30, 20, 0, 8}; Point(6) = {0, 20, 0, 8};

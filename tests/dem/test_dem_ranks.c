@@ -402,6 +402,108 @@ static PetscErrorCode TestThreadsAndFragments(void)
 }
 CHECK_TEST(TestThreadsAndFragments)
 
+/* A floor that two ranks' particles press, a driven plate, and a probe. */
+static PetscErrorCode TestTools(void)
+{
+  const PetscReal gravity[3] = {0, -1e-3, 0};
+  const char     *file = "dem_ranks_tools.h5";
+  const char     *wanted[] = {"displacement", "stress"};
+  const PetscReal at[3] = {0.4, 1, 0};
+  PetscMPIInt     rank;
+  TestBody        body;
+  DemModel        model[3]; /* all ranks, one, all ranks from the middle on */
+  Stepper         stepper;
+  PetscReal       dt;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCall(Body(2, &body));
+  for (int k = 0; k < 3; k++) {
+    const DemMaterial material = {1, 1, 0.25};
+    const DemPlane    floor = {.point = {0, -0.001, 0}, .normal = {0, 1, 0}, .friction = 0.3, .stiffness = 1, .damping = 0.1};
+    DemToolOptions    plate = {.shape = DEM_TOOL_PLANE, .point = {0, 1.101, 0}, .axis = {0, -1, 0}, .pushed = PETSC_TRUE, .push_axis = {0, -1, 0}, .mass = 0.3};
+    Table             none[3] = {{0}};
+
+    plate.contact = (DemContactChoice){.law = DEM_CONTACT_LINEAR, .stiffness = 1, .ratio = 1, .restitution = 1, .friction = 0.2};
+    PetscCall(DemModelCreate(k == 1 ? PETSC_COMM_SELF : PETSC_COMM_WORLD, &model[k]));
+    PetscCall(DemModelSetKind(model[k], DEM_PLANE_STRESS));
+    PetscCall(DemModelSetMaterial(model[k], &material));
+    PetscCall(DemModelSetBody(model[k], &body.body, &body.packing, &body.cells));
+    PetscCall(DemModelSetGravity(model[k], gravity));
+    PetscCall(DemModelAddPlane(model[k], "floor", &floor, none));
+    PetscCall(TableCreateConstant(1e-3, &plate.force));
+    PetscCall(DemModelAddTool(model[k], "plate", &plate));
+    PetscCall(TableDestroy(&plate.force));
+    PetscCall(DemModelAddHistory(model[k], "force", "floor"));
+    PetscCall(DemModelAddHistory(model[k], "displacement", "plate"));
+    PetscCall(DemModelAddProbe(model[k], "point", at, 2, wanted));
+    PetscCall(DemModelSetUp(model[k]));
+  }
+  PetscCall(DemModelGetCriticalStep(model[0], &dt));
+  for (int k = 0; k < 2; k++) {
+    PetscCall(Steps(model[k], 0, 100));
+    if (k == 0) PetscCall(Save(PETSC_COMM_WORLD, model[0], file));
+    PetscCall(Steps(model[k], 100, 200));
+  }
+  PetscCall(Load(PETSC_COMM_WORLD, model[2], file));
+  PetscCall(Steps(model[2], 100, 200));
+  {
+    DemState a, b;
+
+    PetscCall(DemModelGetState(model[2], &a));
+    PetscCall(DemModelGetState(model[0], &b));
+    CheckInt(a.own, b.own);
+    for (PetscInt p = 0; p < a.own; p++)
+      for (PetscInt d = 0; d < 2; d++) CheckNear(a.u[d * a.n + p], b.u[d * b.n + p], 0);
+    PetscCall(DemModelRestoreState(model[2], &a));
+    PetscCall(DemModelRestoreState(model[0], &b));
+  }
+  for (int k = 0; k < 3; k += 2) {
+    Ledger la, lb;
+
+    PetscCall(DemModelGetStepper(model[k], &stepper));
+    for (PetscInt i = 0; i < stepper.n_history; i++) { /* the plate goes by the sum over the ranks: to rounding */
+      PetscReal x, y;
+
+      PetscCall(stepper.history(model[k], i, &x));
+      PetscCall(stepper.history(model[1], i, &y));
+      CheckNear(x, y, 1e-9 * PetscAbsReal(y) + 1e-14);
+    }
+    PetscCall(stepper.energy(model[k], &la));
+    PetscCall(stepper.energy(model[1], &lb));
+    for (int e = 0; e < LEDGER_TERMS; e++) CheckNear(la.energy[e], lb.energy[e], 1e-10 * lb.energy[LEDGER_WORK]);
+    CheckAbove(lb.energy[LEDGER_CONTACT], 0.001 * lb.energy[LEDGER_WORK]);
+  }
+  if (rank == 0) unlink(file);
+  for (int k = 0; k < 3; k++) PetscCall(DemModelDestroy(&model[k]));
+  PetscCall(TestBodyDestroy(&body));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestTools)
+
+/* What runs on one rank alone is refused by name, with a way out. */
+static PetscErrorCode TestRefusals(void)
+{
+  const DemMaterial       material = {1, 1, 0.2};
+  const DemContactOptions meet = {.choice = {.law = DEM_CONTACT_LINEAR, .restitution = 0.5}};
+  TestBody                body;
+  DemModel                model;
+
+  PetscFunctionBeginUser;
+  PetscCall(Body(2, &body));
+  PetscCall(DemModelCreate(PETSC_COMM_WORLD, &model));
+  PetscCall(DemModelSetKind(model, DEM_PLANE_STRESS));
+  PetscCall(DemModelSetMaterial(model, &material));
+  PetscCall(DemModelSetBonded(model, PETSC_FALSE));
+  PetscCall(DemModelSetBody(model, &body.body, &body.packing, NULL));
+  PetscCall(DemModelSetContact(model, &meet));
+  CheckFails(DemModelSetUp(model), PETSC_ERR_USER_INPUT, "Contacts between particles run on one rank for now; give them threads");
+  PetscCall(DemModelDestroy(&model));
+  PetscCall(TestBodyDestroy(&body));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestRefusals)
+
 /* A state that is lost is told by all ranks in the same words. */
 static PetscErrorCode TestWatch(void)
 {
@@ -457,5 +559,5 @@ static PetscErrorCode TestTooFew(void)
 }
 CHECK_TEST(TestTooFew)
 
-static const struct CMUnitTest tests[] = {TEST(TestElastic), TEST(TestBreaking), TEST(TestPublished), TEST(TestShare), TEST(TestRestart), TEST(TestThreadsAndFragments), TEST(TestWatch), TEST(TestTooFew)};
+static const struct CMUnitTest tests[] = {TEST(TestElastic), TEST(TestBreaking), TEST(TestPublished), TEST(TestShare), TEST(TestRestart), TEST(TestThreadsAndFragments), TEST(TestTools), TEST(TestRefusals), TEST(TestWatch), TEST(TestTooFew)};
 CHECK_MAIN(tests)
