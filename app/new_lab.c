@@ -55,7 +55,7 @@ const char AppNewTriaxial[] =
   "# Platens cannot be held and loaded at once. While the pressure grows they follow the elastic shortening of a hydrostatic\n"
   "# state, H p (1 - 2 nu)/E = 100 mm x 10 MPa x 0.6/30 GPa = 0.02 mm, half of it each; then they rest; then they press.\n"
   "title: Triaxial compression, 10 MPa\n"
-  "time: {end: 16 ms}\n"
+  "time: {end: 19.6 ms}\n"
   ROCK CYLINDER
   "conditions:\n"
   "  - {group: side, pressure: {ramp: {to: 10 MPa, over: 1 ms}}}\n"

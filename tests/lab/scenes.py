@@ -72,8 +72,8 @@ def judge(kind, history, summary, out):
     if kind == "triaxial":
         s, e = history["gauge.stress.z"], history["gauge.strain.z"]
         t = history["time"]
-        rest = min(range(len(t)), key=lambda i: abs(t[i] - 2e-3 * t[-1] / 16e-3))
-        a, b = (min(range(len(t)), key=lambda i: abs(t[i] - x * t[-1] / 16e-3)) for x in (5.3e-3, 6e-3))
+        rest = min(range(len(t)), key=lambda i: abs(t[i] - 2e-3 * t[-1] / 19.6e-3))
+        a, b = (min(range(len(t)), key=lambda i: abs(t[i] - x * t[-1] / 19.6e-3)) for x in (5.3e-3, 6e-3))
         unloading = (s[a] - s[b]) / (e[a] - e[b])  # at constant side pressure: Young's modulus
         print(f"  at rest stress {[round(history['gauge.stress.' + c][rest] * -1e-6, 2) for c in 'xyz']} MPa, unloading modulus {unloading * 1e-9:.2f} GPa")
         check(all(abs(history["gauge.stress." + c][rest] / -10e6 - 1) < 0.02 for c in "xyz"), "hydrostatic state")
