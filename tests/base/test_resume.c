@@ -203,7 +203,8 @@ static int Child(const char *directory, const char *kind)
   toy.hang  = (PetscBool)!strcmp(kind, "deaf");
   code = RunToy(directory, &toy, &o, &s);
   if (code) return 1;
-  return s.end == RUN_INTERRUPTED ? 130 : 0;
+  code = s.end == RUN_INTERRUPTED ? 130 : 0;
+  return RunSummaryDestroy(&s) || ToyDestroy(&toy) ? 5 : (int)code;
 }
 
 static pid_t StartChild(const char *directory, const char *kind)
