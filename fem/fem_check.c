@@ -1,21 +1,40 @@
 /* fem_check.c - what a run can say about itself: whether its forces balance, how far its elements have turned.  Eqs (2.84), (2.85) */
 #include "fem_impl.h"
 
+/* Inertia and drag [n_own*dim] of an implicit level into f; average acceleration balances forces there, generalised-alpha between levels. */
+static PetscErrorCode Inertia(FemModel model, PetscReal *f)
+{
+  FemImplicit   *im = &model->implicit;
+  const PetscInt n  = model->n_own * model->dim;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArraycpy(im->x, model->v, n));
+  PetscCall(FemGhosts(model, im->x));
+  PetscCall(FemImplicitDrag(model, im->x, f, im->r));
+  FemMassApply(model, im->mass, im->a, im->r);
+  for (PetscInt k = 0; k < n; k++) f[k] += im->r[k];
+  for (PetscInt e = 0; e < model->contact.n; e++) /* a plane's push is a reaction, and is not in a.  Eq. (2.136) */
+    for (PetscInt d = 0; d < model->dim; d++) f[model->contact.node[e] * model->dim + d] += model->contact.push[3 * e + d];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
   FemBalance - loads + reactions - inertia - drag of the whole body, and their moment about the origin; zero but for round-off
 
-  value [6] out: force [N], moment [N m] about places at rest, of corotational elements about present places; in the plane xy and about z. Where the drag is known to the step alone (sub-steps, local damping, methods
-  other than these two) the sum of the internal forces, which must vanish likewise. The level has been closed.
+  value [6] out: force [N], moment [N m] about places at rest, of corotational elements about present places; in the plane xy and about z. Where the drag is known to the step alone (sub-steps, local damping,
+  generalised-alpha) the sum of the internal forces, which must vanish likewise. The level has been closed.
 */
 PetscErrorCode FemBalance(FemModel model, PetscReal value[6])
 {
   const PetscInt   dim     = model->dim;
   const PetscReal *outside = FemOutside(model); /* with absorbing sides */
   const PetscBool  moving = model->method != FEM_STATIC ? PETSC_TRUE : PETSC_FALSE, inner = (PetscBool)(model->method != FEM_EXPLICIT || model->inner.m > 1 || model->local > 0);
+  const PetscBool  level  = model->method == FEM_IMPLICIT && model->implicit.rho_inf < 0 ? PETSC_TRUE : PETSC_FALSE;
   const PetscReal  h      = model->started ? 0.5 * model->dt_last + 0.5 * model->level_dt : 0.5 * model->level_dt;
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(value, 6));
+  if (level) PetscCall(Inertia(model, model->implicit.p));
   for (PetscInt i = 0; i < model->n_own; i++) {
     PetscReal f[3] = {0, 0, 0}, x[3] = {0, 0, 0};
 
@@ -26,6 +45,7 @@ PetscErrorCode FemBalance(FemModel model, PetscReal value[6])
       f[d] = model->f_app[k] + outside[k] + model->reaction[k];
       if (moving && h > 0) f[d] -= model->mass[i] * ((model->v_next[k] - model->v[k]) / h + model->alpha * (model->started ? 0.5 * (model->v[k] + model->v_next[k]) : model->v[k]));
       if (moving && (inner || !(h > 0))) f[d] = model->f_int[k];
+      if (level) f[d] = model->f_app[k] + model->reaction[k] - model->implicit.p[k];
     }
     if (model->contact.outside) /* a plane's push is a reaction, and outside has it too */
       for (PetscInt d = 0; d < dim && !inner && h > 0; d++) f[d] -= model->contact.outside[i * dim + d] - (model->absorb.outside ? model->absorb.outside : model->f_ext)[i * dim + d];

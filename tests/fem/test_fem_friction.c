@@ -264,12 +264,15 @@ static PetscErrorCode TestBlockSlides(void)
     PetscCall(FemModelAddHistory(model, "velocity", "body"));
     PetscCall(FemModelAddHistory(model, "displacement", "body"));
     PetscCall(FemModelAddHistory(model, "reaction", "ymin"));
+    PetscCall(FemModelAddHistory(model, "balance", ""));
     PetscCall(FemModelSetUp(model));
     PetscCall(FemModelGetStepper(model, &s));
     for (PetscInt k = 0; k < 200; k++) {
       PetscCall(s.step(s.ctx, k * dt, dt));
       PetscCall(CaseLedger(model, &ledger));
       CheckBelow(LedgerError(&ledger), 1e-9);
+      CheckNear(CaseHistory(model, "balance.x"), 0, 1e-8 * mass * 10); /* reactions, pushes among them, and loads are the inertia */
+      CheckNear(CaseHistory(model, "balance.y"), 0, 1e-8 * mass * 10);
       if ((k + 1) * dt < 0.11) CheckNear(CaseHistory(model, "velocity(body).x"), moving ? mu * 10 * (k + 1) * dt : 0.5 - mu * 10 * (k + 1) * dt, 0.02);
     }
     printf("  block %s, implicit: at the end %.5f m/s, moved %.5f m, friction took %.4f J of %.4f J\n", moving ? "on a moving floor" : "sliding", (double)CaseHistory(model, "velocity(body).x"), (double)CaseHistory(model, "displacement(body).x"),
