@@ -345,7 +345,7 @@ static PetscErrorCode MakeSides(void *ctx, const CouplingSplit *split, const Dem
   c->made_fem++;
   PetscCall(FemModelSetKind(c->fem, CoupledKind(c), c->thickness));
   PetscCall(FemModelSetMethod(c->fem, FEM_EXPLICIT));
-  PetscCall(FemModelSetStartGiven(c->fem, c->preload));
+  PetscCall(FemModelSetStartGiven(c->fem, (PetscBool)(c->preload || c->is_static)));
   PetscCall(Rotation(c));
   PetscCall(SetElement(c));
   PetscCall(FemModelSetThreads(c->fem, c->threads));
@@ -404,7 +404,12 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
   PetscCall(SceneGetString(c->scene, "coupling.weights", &word));
   PetscCall(SceneGetInt(c->scene, "coupling.substeps", &options.substeps)); /* auto: 0 */
   PetscCall(SceneGetString(c->scene, "coupling.far_field", &far));
-  options.far    = !strcmp(far, "implicit") ? COUPLING_FAR_IMPLICIT : !strcmp(far, "auto") ? COUPLING_FAR_AUTO : COUPLING_FAR_EXPLICIT;
+  options.far    = !strcmp(far, "implicit") ? COUPLING_FAR_IMPLICIT : !strcmp(far, "auto") ? COUPLING_FAR_AUTO : !strcmp(far, "static") ? COUPLING_FAR_STATIC : COUPLING_FAR_EXPLICIT;
+  if (options.far == COUPLING_FAR_STATIC) {
+    PetscCall(SceneGetReal(c->scene, "coupling.tolerance", &options.tolerance));
+    PetscCall(SceneGetString(c->scene, "coupling.condense", &far));
+    options.condense = !strcmp(far, "always") ? FEM_CONDENSE_ALWAYS : !strcmp(far, "never") ? FEM_CONDENSE_NEVER : FEM_CONDENSE_AUTO;
+  }
   options.preload = c->preload;
   options.smooth = strcmp(word, "smoothstep") ? PETSC_FALSE : PETSC_TRUE;
   c->made_couplings++;

@@ -328,7 +328,13 @@ static PetscErrorCode FarWords(AppCase *c, size_t size, char words[])
   PetscCall(SceneGetString(c->scene, "coupling.far_field", &asked));
   PetscCall(CouplingModelGetReport(c->coupling, &r));
   PetscCall(CouplingModelGetFar(c->coupling, &far));
-  if (r.implicit)
+  if (c->is_static) {
+    char entries[64] = "a solver without a factor";
+
+    if (r.factor < PETSC_MAX_REAL) PetscCall(PetscSNPrintf(entries, sizeof(entries), "%.3g of its factor", (double)r.factor));
+    PetscCall(PetscSNPrintf(words, size, r.dense ? "static, condensed to %d unknowns of its face: %.3g products in each iteration beside %s" : "static, solved in each iteration: its face has %d unknowns, %.3g products if condensed, beside %s", (int)r.face,
+                            (double)PetscSqr((PetscReal)r.face), entries));
+  } else if (r.implicit)
     PetscCall(PetscSNPrintf(words, size, "implicit (average acceleration, one factorisation), %d unknowns on the face; %s: explicit it would hold the particles' step at %.4g s", (int)far.face, strcmp(asked, "auto") ? "as asked" : "chosen",
                             (double)r.explicit_limit));
   else PetscCall(PetscSNPrintf(words, size, "explicit%s", !strcmp(asked, "auto") ? "; chosen: its elements do not make the particles' step much smaller" : ""));
@@ -351,7 +357,7 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
   if (c->dim == 2) fprintf(out, ", %g mm thick", (double)(c->thickness * 1e3));
   PetscCall(TimeWords(c, sizeof(active), active));
   PetscCall(SolverWords(c, p->dofs, sizeof(solver), solver));
-  fprintf(out, "\n  active    %s%s\n", c->method == APP_FEM ? "finite elements, " : "", c->method == APP_TOUCH ? "finite elements and particles that touch them, explicit" : c->method == APP_COUPLED ? "finite elements and bonded particles over an overlap, explicit" : c->method == APP_FEM ? active : "bonded particles, explicit");
+  fprintf(out, "\n  active    %s%s%s\n", c->method == APP_FEM ? "finite elements, " : "", c->method == APP_TOUCH ? "finite elements and particles that touch them, explicit" : c->method == APP_COUPLED ? "finite elements and bonded particles over an overlap" : c->method == APP_FEM ? active : "bonded particles, explicit", c->method != APP_COUPLED ? "" : c->is_static ? ", quasi-static" : ", explicit");
   if (c->method != APP_DEM) fprintf(out, "  size      %.0f nodes, %.0f elements, %.0f unknowns\n", (double)p->nodes, (double)p->elements, (double)p->dofs);
   if (c->method != APP_FEM) {
     fprintf(out, "  size      %s%.0f particles, %s%.0f bonds", about, (double)p->particles, about, (double)p->bonds);
@@ -363,9 +369,11 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
 
     PetscCall(CouplingModelGetReport(c->coupling, &r));
     fprintf(out, "  overlap   %d particles, %d bonds, %d elements; force left on a node in uniform stress %.2g of stress x facet\n", (int)r.particles, (int)r.bonds, (int)r.cells, (double)r.residual);
-    fprintf(out, "  substeps  %d particle step%s of ", (int)p->substeps, p->substeps > 1 ? "s" : "");
-    Time(out, p->dt / p->substeps);
-    fprintf(out, " in one step of the elements outside%s\n", r.implicit ? ", which is implicit" : "");
+    if (!c->is_static) {
+      fprintf(out, "  substeps  %d particle step%s of ", (int)p->substeps, p->substeps > 1 ? "s" : "");
+      Time(out, p->dt / p->substeps);
+      fprintf(out, " in one step of the elements outside%s\n", r.implicit ? ", which is implicit" : "");
+    }
     PetscCall(FarWords(c, sizeof(far), far));
     fprintf(out, "  far field %s\n", far);
     if (r.preload_evaluations)
@@ -411,7 +419,7 @@ PetscErrorCode AppPlanJson(AppCase *c, const AppPlan *p, Json *json)
   PetscCall(TimeWords(c, sizeof(active) - 4, active + 4));
   PetscCall(SolverWords(c, p->dofs, sizeof(solver), solver));
   PetscCall(JsonBeginObject(json, "plan"));
-  PetscCall(JsonString(json, "active", c->method == APP_TOUCH ? "fem and dem in contact, explicit" : c->method == APP_COUPLED ? "coupled explicit" : c->method == APP_FEM ? active : "dem explicit"));
+  PetscCall(JsonString(json, "active", c->method == APP_TOUCH ? "fem and dem in contact, explicit" : c->method == APP_COUPLED ? (c->is_static ? "coupled quasi-static" : "coupled explicit") : c->method == APP_FEM ? active : "dem explicit"));
   if (solver[0]) PetscCall(JsonString(json, "solver", solver));
   PetscCall(JsonBool(json, "estimated", p->built ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(JsonInt(json, "dimension", c->dim));

@@ -171,7 +171,15 @@ static PetscErrorCode RunJson(AppCase *c, const RunSummary *run, Json *json)
     FemFarReport far;
 
     PetscCall(CouplingModelGetFar(c->coupling, &far));
-    if (far.steps) { /* implicit */
+    if (c->is_static) {
+      CouplingReport report;
+
+      PetscCall(CouplingModelGetReport(c->coupling, &report));
+      PetscCall(JsonBeginObject(json, "far_field"));
+      PetscCall(JsonInt(json, "iterations", report.iterations)); /* of this call */
+      PetscCall(JsonInt(json, "solves", far.solves));
+      PetscCall(JsonEnd(json));
+    } else if (far.steps) { /* implicit */
       PetscCall(JsonBeginObject(json, "far_field"));
       PetscCall(JsonReal(json, "taken_at_face_J", far.taken));
       PetscCall(JsonReal(json, "copies_apart_m", far.apart));

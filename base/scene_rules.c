@@ -142,7 +142,13 @@ static PetscErrorCode CheckBody(Scene scene, SceneNode body)
   if (SceneNodeIs(method, "coupled")) {
     const SceneNode geometry = SceneNodeChild(body, "geometry"), dem = SceneNodeChild(body, "dem");
 
-    if (scene->time & ~SCENE_EXPLICIT) PetscCall(SceneFaultValue(scene, method, "time.method is %s, and a coupled body steps explicitly: write time: {method: explicit}", TimeWord(scene)));
+    const SceneNode far = SceneNodeChild(SceneNodeChild(scene->root, "coupling"), "far_field");
+    const PetscBool is_static = (PetscBool)(far && SceneNodeIs(far, "static"));
+
+    if ((scene->time & SCENE_STATIC) && !is_static) PetscCall(SceneFaultValue(scene, method, "time.method is static: write coupling: {far_field: static} for load steps in which the particles relax, or time: {method: explicit}"));
+    if (scene->time & ~(SCENE_EXPLICIT | SCENE_STATIC)) PetscCall(SceneFaultValue(scene, method, "time.method is %s, and a coupled body steps explicitly: write time: {method: explicit}", TimeWord(scene)));
+    if (is_static && (scene->time & SCENE_EXPLICIT)) PetscCall(SceneFaultValue(scene, far, "far_field: static is of load steps; write time: {method: static, steps: ...}, or far_field: implicit for steps in time"));
+    if (is_static && SceneNodeChild(scene->root, "tools")) PetscCall(SceneFaultKey(scene, SceneNodeChild(scene->root, "tools"), "tools move in time, and a static run has none; prescribe the motion of groups, or use far_field: implicit"));
     if (geometry && geometry->kind == NODE_MAP) PetscCall(SceneFaultKey(scene, geometry, "a coupled body needs a geometry file with a physical group for its particles; built-in shapes have none"));
     if (dem && dem->kind == NODE_MAP && !SceneNodeChild(dem, "group")) PetscCall(SceneFaultKey(scene, dem, "dem has no group; name the physical group that becomes particles, e.g. group: ligament"));
   } else if (SceneNodeChild(SceneNodeChild(body, "dem"), "group"))

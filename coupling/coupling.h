@@ -28,8 +28,9 @@ PetscErrorCode CouplingSplitCreate(const Mesh *whole, const char *group, PetscIn
 PetscErrorCode CouplingSplitDestroy(CouplingSplit *split);
 
 /* How the elements outside the overlap step: as the particles or in m of their steps (6.10), by Newmark's average acceleration (6.20), or as auto
-   finds cheaper: implicit where those elements alone would make the particles' step much smaller. */
-typedef enum { COUPLING_FAR_EXPLICIT, COUPLING_FAR_IMPLICIT, COUPLING_FAR_AUTO } CouplingFar;
+   finds cheaper: implicit where those elements alone would make the particles' step much smaller. Static: quasi-static load steps, in each of which the particles and the
+   overlap relax and the far field follows (6.40); the Stepper's step is then a load step of any size. */
+typedef enum { COUPLING_FAR_EXPLICIT, COUPLING_FAR_IMPLICIT, COUPLING_FAR_AUTO, COUPLING_FAR_STATIC } CouplingFar;
 
 typedef struct {
   PetscReal floor;  /* least weight of either side, default 0.05 */
@@ -37,6 +38,8 @@ typedef struct {
   PetscBool affine; /* the affine correction; PETSC_FALSE only to compare */
   PetscInt  substeps; /* particle steps in one step of the elements outside, default 1; 0 = the most that is stable (implicit: accurate), up to 10 */
   CouplingFar far;  /* default explicit */
+  FemCondense condense;  /* of a static far field to the face */
+  PetscReal tolerance;   /* of a load step: mean force out of balance / mean force, particles and elements */
   PetscBool preload; /* begin in static equilibrium with the loads and supports of t = 0; the elements need FemModelSetStartGiven() */
 } CouplingOptions;
 
@@ -55,6 +58,9 @@ typedef struct {
   PetscInt  particles, bonds, cells, nodes; /* in the overlap */
   PetscReal residual_before, residual;      /* worst node's force in a uniform strain / (stress x facet area), before and after the fit.  Eq. (6.8) */
   PetscInt  substeps;                       /* in use */
+  PetscBool dense;                          /* a static far field is condensed to its face */
+  PetscInt  face, iterations;               /* unknowns of the face; relaxations so far */
+  PetscReal factor;                         /* entries of the far field's factor */
   PetscBool implicit;                       /* the far field is */
   PetscReal preload_left, preload_use;      /* of a preload: force left out of balance / loads; largest use of a bond's strength */
   PetscInt  preload_evaluations;            /* and how often forces were worked out for it */

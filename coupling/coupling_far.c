@@ -28,6 +28,28 @@ static PetscErrorCode Wanted(CouplingModel model, const PetscBool near[], PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Near elements relax, the others follow statically. */
+static PetscErrorCode SetStatic(CouplingModel model, const PetscBool near[], PetscInt outside)
+{
+  PetscReal    fem, dem;
+  FemFarReport report;
+
+  PetscFunctionBegin;
+  BaseCheckInput(outside > 0, model->comm, "far_field: static has no element to act on: all lie in the overlap");
+  BaseCheckInput(model->options.tolerance > 0 && model->options.tolerance < 0.1, model->comm, "A load step's force out of balance must come below a positive fraction of the forces, not %.4g", (double)model->options.tolerance);
+  BaseCheckInput(!model->options.preload, model->comm, "A static far field and a static start do not go together: the first load step is static anyway");
+  PetscCall(FemModelGetCriticalStep(model->fem, &fem));
+  PetscCall(DemModelGetCriticalStep(model->dem, &dem));
+  PetscCall(FemModelSetFarStatic(model->fem, near, model->options.condense, &fem));
+  PetscCall(FemModelGetFar(model->fem, &report));
+  model->report.dense  = report.dense;
+  model->report.factor = report.entries;
+  model->report.face   = report.face;
+  model->limit         = 0.9 * 0.5 * PetscSqrtReal(3) * PetscMin(fem, dem);
+  model->far           = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CouplingChooseFar_Internal(CouplingModel model, PetscBool *implicit)
 {
   const PetscInt asked = model->options.substeps;
@@ -42,6 +64,12 @@ PetscErrorCode CouplingChooseFar_Internal(CouplingModel model, PetscBool *implic
   for (PetscInt t = 0; t < model->n_top; t++) {
     near[t] = model->split->layer[t] > 0 ? PETSC_TRUE : PETSC_FALSE;
     outside += !near[t];
+  }
+  if (model->options.far == COUPLING_FAR_STATIC) {
+    PetscCall(SetStatic(model, near, outside));
+    PetscCall(PetscFree(near));
+    *implicit = PETSC_TRUE;
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(FemModelGetLocalDamping(model->fem, &local));
   if (model->options.far == COUPLING_FAR_AUTO && local > 0) outside = 0; /* has no implicit form */

@@ -54,6 +54,8 @@ struct _p_CouplingModel {
   PetscBool      far;       /* the outer elements go implicitly */
   PetscReal      reference; /* step the springs belong to whatever the run's is, 0 = the run's [s] */
   PetscReal      initial, initial_work; /* [J] in a preloaded body beyond the elements' own; work of the particles' weight before the run */
+  PetscReal      through[2]; /* [N] largest mean force of elements and bonds in relaxations so far */
+  PetscReal      relaxed;   /* [J] taken by the drag of relaxations on particles */
   PetscReal      limit;     /* largest step of the particles [s] */
   PetscReal      dt;        /* particles' step, which P belongs to; 0 = none yet */
   PetscReal      given;     /* particles' step of a run that goes on, whose Stepper's step is a multiple that substeps must divide; 0 = none */
@@ -84,9 +86,12 @@ PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, P
 /* coupling_stepper.c */
 /* Faults of both sides, the elements' first. */
 PetscErrorCode CouplingWatch_Internal(const Stepper *fem, const Stepper *dem, RunWatch look, char fault[BASE_LINE]);
+PetscErrorCode CouplingGiveNodes_Internal(CouplingModel model); /* forces on the nodes, the rim's included, to the elements */
 PetscErrorCode CouplingRimForces_Internal(CouplingModel model); /* adds the rim's to model->g */
 /* coupling_far.c */
 PetscErrorCode CouplingChooseFar_Internal(CouplingModel model, PetscBool *implicit);
+/* coupling_relax.c */
+PetscErrorCode CouplingRelax_Internal(CouplingModel model, PetscReal t, PetscReal h); /* a load step from t to t + h */
 /* coupling_static.c */
 PetscErrorCode CouplingPreload_Internal(CouplingModel model);
 /* coupling_substep.c */

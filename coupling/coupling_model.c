@@ -389,7 +389,7 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
   PetscCall(DemModelRestoreState(model->dem, &ds));
   PetscCall(CouplingChooseSubsteps_Internal(model));
   model->report.substeps = model->substeps;
-  model->report.implicit = model->far;
+  model->report.implicit = (PetscBool)(model->far && model->options.far != COUPLING_FAR_STATIC);
   if (model->options.preload && !(model->given > 0)) PetscCall(CouplingPreload_Internal(model)); /* a run that goes on has its state */
   model->ready = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);

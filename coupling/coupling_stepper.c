@@ -15,7 +15,7 @@ PetscErrorCode CouplingRimForces_Internal(CouplingModel model)
 }
 
 /* Forces on the nodes, the rim's included, handed to the element model for its next level. */
-static PetscErrorCode GiveNodes(CouplingModel model)
+PetscErrorCode CouplingGiveNodes_Internal(CouplingModel model)
 {
   const PetscInt dim = model->dim;
   FemState       fs;
@@ -34,7 +34,7 @@ PetscErrorCode CouplingStart_Internal(CouplingModel model, PetscReal dt)
   model->dt = model->reference > 0 ? model->reference : dt; /* the springs belong to the step: P = c / dt^2 */
   PetscCall(CouplingForces_Internal(model));
   PetscCall(DemModelComputeForces(model->dem));
-  PetscCall(GiveNodes(model));
+  PetscCall(CouplingGiveNodes_Internal(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -46,6 +46,10 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal macro)
   const PetscReal dt    = macro / m;
 
   PetscFunctionBegin;
+  if (model->options.far == COUPLING_FAR_STATIC) {
+    PetscCall(CouplingRelax_Internal(model, t, macro));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (model->dt != (model->reference > 0 ? model->reference : dt)) PetscCall(CouplingStart_Internal(model, dt));
   for (PetscInt k = 0; k < m; k++) {
     if (model->far) PetscCall(FemModelFarStep(model->fem, t + k * dt, dt, k));
@@ -54,7 +58,7 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal macro)
     PetscCall(DemModelAdvance(model->dem, t + k * dt, dt));
     PetscCall(CouplingForces_Internal(model));
     PetscCall(DemModelEvaluate(model->dem, dt));
-    PetscCall(GiveNodes(model));
+    PetscCall(CouplingGiveNodes_Internal(model));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -73,6 +77,7 @@ static PetscErrorCode Energy(void *ctx, Ledger *ledger)
   ledger->energy[LEDGER_COUPLING] += spring;
   ledger->energy[LEDGER_STRAIN] += strain;
   ledger->initial += model->initial;
+  ledger->energy[LEDGER_DAMPING] += model->relaxed;
   ledger->energy[LEDGER_WORK] -= model->initial_work;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -107,12 +112,12 @@ static PetscErrorCode Write(void *ctx, Output output)
 static PetscErrorCode Save(void *ctx, Checkpoint checkpoint)
 {
   CouplingModel   model = ctx;
-  const PetscReal step[4] = {model->dt, model->reference, model->initial, model->initial_work};
+  const PetscReal step[7] = {model->dt, model->reference, model->initial, model->initial_work, model->relaxed, model->through[0], model->through[1]};
 
   PetscFunctionBegin;
   PetscCall(model->fem_stepper.save(model->fem, checkpoint));
   PetscCall(model->dem_stepper.save(model->dem, checkpoint));
-  PetscCall(CheckpointWriteReal(checkpoint, "coupling/step", 4, step));
+  PetscCall(CheckpointWriteReal(checkpoint, "coupling/step", 7, step));
   PetscCall(CheckpointWriteReal(checkpoint, "coupling/node_force", CouplingMesh(model)->n_nodes * model->dim, model->g));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -121,16 +126,19 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
 {
   CouplingModel model = ctx;
   FemState      fs;
-  PetscReal     step[4];
+  PetscReal     step[7];
 
   PetscFunctionBegin;
   PetscCall(model->fem_stepper.load(model->fem, checkpoint));
   PetscCall(model->dem_stepper.load(model->dem, checkpoint));
-  PetscCall(CheckpointReadReal(checkpoint, "coupling/step", 4, step));
+  PetscCall(CheckpointReadReal(checkpoint, "coupling/step", 7, step));
   model->dt        = step[0];
   model->reference = step[1];
   model->initial   = step[2];
   model->initial_work = step[3];
+  model->relaxed = step[4];
+  model->through[0] = step[5];
+  model->through[1] = step[6];
   PetscCall(CheckpointReadReal(checkpoint, "coupling/node_force", CouplingMesh(model)->n_nodes * model->dim, model->g));
   PetscCall(FemModelGetState(model->fem, &fs));
   PetscCall(PetscArraycpy(fs.f_ext, model->g, fs.n_nodes * model->dim));
@@ -173,7 +181,7 @@ PetscErrorCode CouplingModelGetCriticalStep(CouplingModel model, PetscReal *dt)
 {
   PetscFunctionBegin;
   PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetUp() before asking for the step");
-  *dt = model->substeps * model->limit;
+  *dt = model->options.far == COUPLING_FAR_STATIC ? PETSC_MAX_REAL : model->substeps * model->limit;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -168,7 +168,22 @@ PetscErrorCode FemModelSubForces(FemModel model, PetscReal H, const PetscReal *u
    model advances by FemModelFarStep(), k = 0 .. m - 1; frames, energies and checkpoints belong between far steps. Eqs (6.20)-(6.28) */
 PetscErrorCode FemModelSetFar(FemModel model, const PetscBool near[], PetscInt m, PetscReal *critical);
 PetscErrorCode FemModelFarStep(FemModel model, PetscReal t, PetscReal dt, PetscInt k);
+/* A static far field instead: the near elements relax under its pull, b - S u of the face, S condensed to a dense matrix of the face where that
+   is cheaper than a solve each time. A load step: FemModelFarLoad() to t + h, FemModelFarRelax() as often as it takes, s of the load there, and
+   FemModelFarFinish(). Eqs (6.40)-(6.44) */
+typedef enum { FEM_CONDENSE_AUTO, FEM_CONDENSE_ALWAYS, FEM_CONDENSE_NEVER } FemCondense;
 typedef struct {
+  PetscReal change, moving; /* sums over the near nodes: v.(force before - force), v.M v */
+  PetscReal left, free, through, all; /* |out of balance| and how many, |internal force| and how many */
+} FemRelax;
+PetscErrorCode FemModelSetFarStatic(FemModel model, const PetscBool near[], FemCondense condense, PetscReal *critical);
+PetscErrorCode FemModelFarLoad(FemModel model, PetscReal t, PetscReal h, PetscReal dt);
+PetscErrorCode FemModelFarRelax(FemModel model, PetscReal s, PetscReal keep, FemRelax *sums); /* adds to sums */
+PetscErrorCode FemModelFarFinish(FemModel model);
+typedef struct {
+  PetscBool dense; /* static: condensed */
+  PetscReal entries; /* and of its factor, PETSC_MAX_REAL unless direct */
+  PetscInt  solves;
   PetscInt  steps, face; /* near steps in a far one, 0 = no far field; unknowns of the face */
   PetscReal taken;       /* energy that went at the face so far [J], part of the ledger's coupling */
   PetscReal apart;       /* largest distance between the two copies of a node [m] */

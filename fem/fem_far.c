@@ -380,6 +380,10 @@ PetscErrorCode FemFarLevel(FemModel model)
   PetscFunctionBegin;
   const PetscReal dt = model->started ? far->dt : 0;
 
+  if (far->is_static) {
+    PetscCall(FemFarStaticLevel(model));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(Close(model));
   if (model->level_known && model->level_dt == dt) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(NearLevel(model, dt));
@@ -410,7 +414,7 @@ void FemFarEnergies(FemModel model, PetscReal *kinetic, PetscReal *strain, Petsc
     const PetscInt j = in->place[k / dim];
 
     if (!model->started) *kinetic += 0.5 * model->mass[k / dim] * model->v[k] * model->v[k];
-    else *kinetic += 0.5 * far->far_mass[k / dim] * far->v[k] * far->v[k];
+    else if (!far->is_static) *kinetic += 0.5 * far->far_mass[k / dim] * far->v[k] * far->v[k];
     *strain += 0.5 * far->u[k] * far->g[k];
     if (j >= 0) *strain += 0.5 * model->u[k] * in->fast[j * dim + k % dim];
   }
@@ -532,7 +536,7 @@ PetscErrorCode FemModelSetFar(FemModel model, const PetscBool near[], PetscInt m
   BaseCheckInput(far->n_face <= FACE_MOST, model->comm, "The face between the overlap and the implicit far field has %" PetscInt_FMT " unknowns, more than %d, whose dense matrix would not fit; step all explicitly (coupling: {far_field: explicit})", far->n_face, FACE_MOST);
   PetscCall(PetscMalloc2((size_t)far->n_face * far->n_face, &far->Y, (size_t)far->n_face * far->n_face, &far->inverse));
   PetscCall(PetscCalloc5(far->n_face, &far->lambda, far->n_face, &far->lambda0, far->n_face, &far->right, far->n_face, &far->free[0], far->n_face, &far->free[1]));
-  PetscCall(PetscCalloc5(n, &far->u, n, &far->v, n, &far->a, n, &far->g, n, &far->pull));
+  PetscCall(PetscCalloc6(n, &far->u, n, &far->v, n, &far->a, n, &far->g, n, &far->pull, n, &far->was));
   PetscCall(PetscCalloc6(n, &far->u1, n, &far->v1, n, &far->a1, n, &far->g1, n, &far->f0, n, &far->f1));
   FemFarSame(model);
   far->m             = m;
@@ -551,6 +555,9 @@ PetscErrorCode FemModelGetFar(FemModel model, FemFarReport *report)
   PetscCall(PetscMemzero(report, sizeof(*report)));
   report->steps = far->m;
   report->face  = far->n_face;
+  report->dense   = far->dense;
+  report->entries = far->factor_entries;
+  report->solves  = far->solves;
   if (!far->m || !model->started) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(FemFarLevel(model));
   FemFarEnergies(model, &kinetic, &strain, &report->taken);
@@ -576,6 +583,10 @@ PetscErrorCode FemFarSave(FemModel model, Checkpoint checkpoint)
   PetscCall(CheckpointWriteReal(checkpoint, "fem/far/velocity", n, far->v));
   PetscCall(CheckpointWriteReal(checkpoint, "fem/far/acceleration", n, far->a));
   PetscCall(CheckpointWriteReal(checkpoint, "fem/far/force", far->n_face, far->lambda));
+  if (far->is_static) PetscCall(CheckpointWriteReal(checkpoint, "fem/far/loads", 2 * far->n_face, far->b1));
+  if (far->is_static) PetscCall(CheckpointWriteReal(checkpoint, "fem/far/rest", 2 * n, far->rest));
+  if (far->is_static) PetscCall(CheckpointWriteReal(checkpoint, "fem/far/moved", far->n_face, far->moved));
+  if (far->is_static) PetscCall(CheckpointWriteReal(checkpoint, "fem/far/before", n, far->was));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -592,12 +603,17 @@ PetscErrorCode FemFarLoad(FemModel model, Checkpoint checkpoint)
   PetscCall(CheckpointReadReal(checkpoint, "fem/far/velocity", n, far->v));
   PetscCall(CheckpointReadReal(checkpoint, "fem/far/acceleration", n, far->a));
   PetscCall(CheckpointReadReal(checkpoint, "fem/far/force", far->n_face, far->lambda));
+  if (far->is_static) PetscCall(CheckpointReadReal(checkpoint, "fem/far/loads", 2 * far->n_face, far->b1));
+  if (far->is_static) PetscCall(CheckpointReadReal(checkpoint, "fem/far/rest", 2 * n, far->rest));
+  if (far->is_static) PetscCall(CheckpointReadReal(checkpoint, "fem/far/moved", far->n_face, far->moved));
+  if (far->is_static) PetscCall(CheckpointReadReal(checkpoint, "fem/far/before", n, far->was));
   far->m      = (PetscInt)state[1];
   far->link   = state[2];
   far->apart  = state[3];
   far->k      = far->m;
   far->closed = PETSC_TRUE;
-  if (state[0] > 0) PetscCall(Factor(model, state[0]));
+  if (state[0] > 0 && !far->is_static) PetscCall(Factor(model, state[0]));
+  if (far->is_static) far->dt = 0; /* masses anew */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -610,7 +626,9 @@ PetscErrorCode FemFarDestroy(FemModel model)
   PetscCall(PetscFree(far->face));
   PetscCall(PetscFree2(far->Y, far->inverse));
   PetscCall(PetscFree5(far->lambda, far->lambda0, far->right, far->free[0], far->free[1]));
-  PetscCall(PetscFree5(far->u, far->v, far->a, far->g, far->pull));
+  PetscCall(PetscFree6(far->u, far->v, far->a, far->g, far->pull, far->was));
+  PetscCall(PetscFree(far->S));
+  PetscCall(PetscFree5(far->b0, far->b1, far->relax_mass, far->rest, far->moved));
   PetscCall(PetscFree6(far->u1, far->v1, far->a1, far->g1, far->f0, far->f1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -139,6 +139,14 @@ typedef struct {
   PetscReal  link, level_link[2]; /* [J] work of the multipliers so far; of the present level before and after it */
   PetscReal  kinetic, apart;      /* near copy's [J]; largest distance between the copies [m] */
   PetscBool  closed;              /* the far field stands at the present time */
+  /* static: fem_far_static.c */
+  PetscBool  is_static, dense;
+  PetscReal *S, *b0, *b1;         /* [n_face][n_face] [N/m], NULL unless dense; [2][n_face] force of loads, of supports on a face at rest, at both ends of the step */
+  PetscReal *relax_mass, *was;    /* [n_own] [kg]; [n_own*dim] forces a step ago [N] */
+  PetscReal *rest, *moved;        /* [2][n_own*dim] of a face at rest: displacement, K u less loads where prescribed; [n_face] motion of the last iteration [m] */
+  PetscReal  share, along;        /* of the load that is there; work of loads and supports over the step with the face at rest [J] */
+  PetscReal  from, to, factor_entries;
+  PetscInt   solves;
 } FemFar;
 
 /* Sides that absorb waves.  fem_absorb.c */
@@ -518,6 +526,7 @@ PetscErrorCode FemInnerDestroy(FemModel model);
 PetscErrorCode FemInnerCreate(FemModel model, const PetscBool inner[]);
 void           FemInnerTimes(const FemModel model, const PetscReal *u, PetscReal *f);
 /* fem_far.c */
+PetscErrorCode FemFarStaticLevel(FemModel model);
 void           FemFarSame(FemModel model); /* the far copy goes where model->u is */
 PetscErrorCode FemFarForces(FemModel model);
 PetscErrorCode FemFarTrial(FemModel model, const PetscReal *u, PetscReal *slow, PetscReal *fast, PetscReal *mobility);

@@ -166,6 +166,34 @@ def test_absorb(folder):
     refused(folder, scene.replace("{group: left, absorb: true}", "{group: waist, absorb: true}"), 17, "particles' side")
 
 
+def test_static(folder):
+    """Load steps: reaction and end of the bar by Hooke, condensed or not, the same bits after a resume; what does not go together."""
+    scene = SCENE.replace("{end: 40 us}", "{end: 1 s, method: static, steps: 2}").replace("substeps: 1", "far_field: static, tolerance: 0.000001").replace("over: 20 us", "over: 1 s").replace("every: 2 us", "every: 0.5 s").replace("every: 20 us", "every: 1 s")
+    scene = scene.replace("[x, y]", "x")
+    for name, more in (("auto", ""), ("never", ", condense: never")):
+        write(folder, name + ".yaml", scene.replace("far_field: static", "far_field: static" + more))
+        text = cleave("run", name + ".yaml", "--output", name, "--threads", "1", cwd=folder)
+        check("condensed to" in text if name == "auto" else "solved in each iteration" in text, text)
+    one, never = history(folder, "auto"), history(folder, "never")
+    stretch = 1e6 / 20e9 * (1 - 0.2 ** 2) * 0.06
+    for rows in (one, never):
+        check(abs(rows["reaction(left).x"][-1] / -100 - 1) < 1e-4, rows["reaction(left).x"])
+        check(abs(rows["displacement(right).x"][-1] / stretch - 1) < 0.005, rows["displacement(right).x"], stretch)
+    found = summary(folder, "auto")
+    print("static: end off Hooke by %.1e, ledger %.1e, %d iterations" % (one["displacement(right).x"][-1] / stretch - 1, found["energy"]["worst_error"], found["far_field"]["iterations"]))
+    check(found["energy"]["worst_error"] < 1e-3 and found["state"] == "done", found["energy"])
+    cleave("run", "auto.yaml", "--output", "parts", "--threads", "1", "--stop-after", "1", cwd=folder)
+    cleave("run", "auto.yaml", "--output", "parts", "--threads", "1", "--resume", cwd=folder)
+    parts = history(folder, "parts")
+    for name in one:
+        check((one[name] == parts[name]).all(), name, "differs after a resume")
+    refused(folder, scene.replace("far_field: static, tolerance: 0.000001", "substeps: 1"), 12, "far_field: static")
+    refused(folder, scene.replace("method: static, steps: 2", "method: explicit"), 15, "load steps")
+    refused(folder, scene.replace("method: static, steps: 2", "method: implicit, step: 1 ms").replace("far_field: static, tolerance: 0.000001", "substeps: 1"), 12, "steps explicitly")
+    refused(folder, scene.replace("far_field: static", "far_field: static, switch: {at: 0.7}"), 15, "does not go with coupling.switch")
+    refused(folder, scene.replace("{group: left, fix: x}", "{group: left, absorb: true}"), 17, "absorb")
+
+
 def main():
     for name in sys.argv[2:]:
         with tempfile.TemporaryDirectory(prefix="cleave-coupled-" + name + "-") as folder:
