@@ -225,6 +225,25 @@ static PetscErrorCode SetJoints(AppCase *c, const char *body)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What particles do on one rank alone, told before the packing is made. */
+static PetscErrorCode CheckRanks(AppCase *c)
+{
+  static const char *const key[] = {"clump", "rain"};
+  char                     path[256];
+  PetscBool                has;
+
+  PetscFunctionBegin;
+  if (c->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SceneHas(c->scene, "contact", &has));
+  if (has) PetscCall(SceneFail(c->scene, "contact", "contacts between particles run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", (int)c->size));
+  for (PetscInt k = 0; k < 2; k++) {
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.%s", AppGrains(c)->name, key[k]));
+    PetscCall(SceneHas(c->scene, path, &has));
+    if (has) PetscCall(SceneFail(c->scene, path, "%s: particles of this kind run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", key[k], (int)c->size));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
 {
   const AppPart    *part     = AppGrains(c);
@@ -235,6 +254,7 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   char              path[256];
 
   PetscFunctionBegin;
+  PetscCall(CheckRanks(c));
   PetscCall(AppGrainsPack(c));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.bonded", part->name));
   PetscCall(SceneGetBool(c->scene, path, &bonded));

@@ -131,6 +131,11 @@ def main():
             same(folder, "one", output)
         if "too few for 3 ranks" not in run(folder, 3, "few", "--set", "bodies.bar.dem.packing.radius=1.2 mm", expect=2):
             fail("too many ranks are not told")
+        with open(os.path.join(folder, "bar.yaml"), "a") as file:
+            file.write("contact: {law: linear}\n")
+        lines = SCENE.count("\n") + 1
+        if "bar.yaml:%d:1: error: contacts between particles run on one rank for now" % lines not in run(folder, 2, "contacts", expect=2):
+            fail("contacts on ranks are not refused in their place")
         print("ranks passed:", broken, "facets broken")
     finally:
         shutil.rmtree(folder, ignore_errors=True)
