@@ -96,7 +96,7 @@ PARTS = {
     "odd": lambda folder, done, keep: uneasy.odd(CLEAVE, folder, done=done, keep=keep),
     "scatter": lambda folder, done, keep: uneasy.scatter(CLEAVE, folder, done, keep),
     "drift": lambda folder, done, keep: stability.drift(CLEAVE, folder, done=done, keep=keep),
-    "bystander": lambda folder, done, keep: [keep(row) for row in uneasy.bystander(CLEAVE, folder, 500000) if row[0] not in done],
+    "bystander": lambda folder, done, keep: [keep(row) for row in uneasy.bystander(CLEAVE, folder, 100000) if row[0] not in done],
     "watch": lambda folder, done, keep: stability.overhead(CLEAVE, folder, done, keep),
     "examples": lambda folder, done, keep: stability.twice(CLEAVE, folder, done=done, keep=keep),
 }
