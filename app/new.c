@@ -71,6 +71,15 @@ static const struct {
   {"bending", AppNewBending, {"bending.geo", AppNewBendingGeo}},
   {"notched-beam", AppNewBeam, {"beam.geo", AppNewBeamGeo, "measured.csv", AppNewBeamMeasured}},
   {"cutting", AppNewCutting, {"block.geo", AppNewCuttingGeo, "pick.geo", AppNewCuttingPick}},
+  {"cutting-adaptive", AppNewCuttingTurning, {"adaptive.geo", AppNewCuttingTurningGeo, "pick.geo", AppNewCuttingPick}},
+  {"cutting-3d", AppNewCuttingSolid, {"block3d.geo", AppNewBlockSolid}},
+  {"disc-cutter", AppNewDisc, {"block.geo", AppNewCuttingGeo}},
+  {"disc-cutter-3d", AppNewDiscSolid, {"block3d.geo", AppNewBlockSolid}},
+  {"bar-impact", AppNewImpact, {"impact.geo", AppNewImpactGeo}},
+  {"spall", AppNewSpall, {"spall.geo", AppNewSpallGeo}},
+  {"plate-impact", AppNewPlate, {"plate.geo", AppNewPlateGeo}},
+  {"overlap-wave", AppNewOverlapWave, {"wave.geo", AppNewOverlapWaveGeo}},
+  {"overlap-cantilever", AppNewOverlapBeam, {"cantilever.geo", AppNewOverlapBeamGeo}},
   {"wave", wave, {NULL}},
 };
 enum { N_KINDS = sizeof(kinds) / sizeof(kinds[0]) };
@@ -91,7 +100,7 @@ static PetscErrorCode Write(const char *text, const char *file)
 PetscErrorCode AppNew(const AppOptions *options, int *exit_code)
 {
   const char *names[N_KINDS], *near;
-  char        all[256] = "";
+  char        all[512] = "";
   size_t      n        = 0;
   int         k = 0;
   PetscMPIInt rank;

@@ -253,6 +253,13 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
   return s->load(s->ctx, checkpoint);
 }
 
+static PetscErrorCode Watch(void *ctx, RunWatch look, char fault[BASE_LINE])
+{
+  const Stepper *s = &((AppCase *)ctx)->readings->inner;
+
+  return s->watch(s->ctx, look, fault);
+}
+
 static PetscErrorCode Unbalanced(void *ctx, PetscReal *ratio)
 {
   const Stepper *s = &((AppCase *)ctx)->readings->inner;
@@ -307,6 +314,7 @@ PetscErrorCode AppReadingsBegin(AppCase *c)
   c->stepper.write       = Write;
   c->stepper.save        = Save;
   c->stepper.load        = Load;
+  c->stepper.watch       = r->inner.watch ? Watch : NULL;
   c->stepper.unbalanced  = r->inner.unbalanced ? Unbalanced : NULL;
   c->stepper.n_history   = n;
   c->stepper.history_name = r->name;

@@ -14,8 +14,8 @@ import matplotlib.pyplot as plt
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENES = os.path.join(HERE, "..", "examples", "rock_cutting")
 BODIES = [("1 depth", "scene.yaml", "near"), ("2 depths", "scene.yaml", "near 2"), ("4 depths", "scene.yaml", "near 4"), ("particles", "particles.yaml", None)]
-END = "4 ms"
-GRID = np.linspace(0, 4e-3, 401)
+END = "1.6 ms"
+GRID = np.linspace(0, 1.6e-3, 161)
 
 
 def cleave(build, *arguments):

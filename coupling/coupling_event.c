@@ -581,6 +581,25 @@ static PetscErrorCode Join(CouplingSwitch sw, const PetscBool turned[], PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What may turn around what has just turned joins it. */
+static PetscErrorCode Widen(CouplingSwitch sw, PetscBool turned[], PetscInt *more)
+{
+  PetscInt *ring, *reach;
+
+  PetscFunctionBegin;
+  *more = 0;
+  PetscCall(PetscMalloc2(sw->whole->n_cells, &ring, sw->whole->n_nodes, &reach));
+  PetscCall(CouplingRings_Internal(sw->whole, turned, 1, ring, reach));
+  for (PetscInt c = 0; c < sw->whole->n_cells; c++) turned[c] = (PetscBool)(turned[c] || ring[c] >= 0);
+  PetscCall(MarkPockets(sw, turned));
+  for (PetscInt c = 0; c < sw->whole->n_cells; c++) {
+    turned[c] = (PetscBool)(turned[c] && sw->may[c]);
+    *more += turned[c] && !sw->is_dem[c];
+  }
+  PetscCall(PetscFree2(ring, reach));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CouplingTurn_Internal(CouplingSwitch sw, const PetscBool marked[], PetscReal t, PetscReal highest, CouplingAsker asked)
 {
   CouplingHalves *old = sw->now, *h;
@@ -601,11 +620,25 @@ PetscErrorCode CouplingTurn_Internal(CouplingSwitch sw, const PetscBool marked[]
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(Join(sw, turned, t, &joined));
-  PetscCall(PetscFree(turned));
-  if (!joined) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!joined) {
+    PetscCall(PetscFree(turned));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(old->stepper.energy(old->model, &ledger));
   PetscCall(PetscArraycpy(event.before, ledger.energy, LEDGER_TERMS));
   PetscCall(CouplingBuild_Internal(sw, &h));
+  for (PetscInt tries = 0; h->model->unstable && tries < 4; tries++) { /* this shape of front has no minimum: a little more, and try again */
+    PetscInt more;
+
+    PetscCall(Widen(sw, turned, &more));
+    PetscCall(Join(sw, turned, t, &joined));
+    if (!more || !joined) break;
+    event.cells += more;
+    PetscCall(CouplingHalvesDestroy_Internal(&h));
+    PetscCall(CouplingBuild_Internal(sw, &h));
+  }
+  PetscCall(PetscFree(turned));
+  BaseCheckInput(!h->model->unstable, sw->comm, "After elements turned at %.6g s the overlap has no stable energy, nor with some more of them: give its elements about 4 particles to a side, 3 at least: smaller particles, or larger elements there", (double)t);
   PetscCall(HandOver(sw, old, h, &event.particles));
   PetscCall(PetscMemzero(&ledger, sizeof(ledger)));
   PetscCall(h->stepper.energy(h->model, &ledger));

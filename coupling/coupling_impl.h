@@ -60,6 +60,7 @@ struct _p_CouplingModel {
   PetscReal      dt;        /* particles' step, which P belongs to; 0 = none yet */
   PetscReal      given;     /* particles' step of a run that goes on, whose Stepper's step is a multiple that substeps must divide; 0 = none */
   PetscReal      body_mass[4]; /* [kg], [kg m] mass and first moments of both sides together; 0 = not held to */
+  PetscBool      unstable;  /* a trial gains energy: only where `given` is */
   CouplingReport report;
 
   Stepper    fem_stepper, dem_stepper;

@@ -243,6 +243,8 @@ static PetscErrorCode CheckEnergy(CouplingModel model)
 
   PetscFunctionBegin;
   PetscCall(IsStable(model, 1, model->given > 0 ? model->given : model->limit, &stable));
+  model->unstable = (PetscBool)!stable;
+  if (model->given > 0) PetscFunctionReturn(PETSC_SUCCESS); /* of an event: whoever made the split may make another */
   BaseCheckInput(stable, model->comm,
                  "The overlap of elements and particles has no stable energy: a trial from small random velocities gains energy. Give the overlap's elements about 4 particles to a side, 3 at least: smaller particles, or larger elements there");
   PetscFunctionReturn(PETSC_SUCCESS);

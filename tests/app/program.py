@@ -351,8 +351,11 @@ def test_words(folder):
     text = cleave("--version", cwd=folder)
     check(re.search(r"cleave \d+\.\d+\.\d+ \(git .+\)", text) and "PETSc 3." in text and "gmsh 4." in text and "HDF5 1." in text, text)
     check("usage: cleave" in cleave("--help", cwd=folder), "no usage")
-    kinds = ("elastic", "ucs", "triaxial", "hydrostatic", "compaction", "brazilian", "direct-tension", "bending", "wave", "notched-beam", "cutting")
+    kinds = ("elastic", "ucs", "triaxial", "hydrostatic", "compaction", "brazilian", "direct-tension", "bending", "wave", "notched-beam", "cutting", "cutting-adaptive", "cutting-3d", "disc-cutter", "disc-cutter-3d", "bar-impact", "spall", "plate-impact", "overlap-wave", "overlap-cantilever")
     for kind in kinds:
+        for beside in ("block.geo", "block3d.geo", "pick.geo"):  # two kinds share them
+            if os.path.exists(os.path.join(folder, beside)):
+                os.remove(os.path.join(folder, beside))
         cleave("new", kind, kind + ".yaml", cwd=folder)
         check("no faults found" in cleave("check", kind + ".yaml", cwd=folder), kind)
     check("there already" in cleave("new", "ucs", "ucs.yaml", cwd=folder, expect=2), "new overwrites")
@@ -366,7 +369,7 @@ def test_words(folder):
     check("one scene" in cleave("run", cwd=folder, expect=2), "run without a scene")
     check("nowhere.yaml" in cleave("run", "nowhere.yaml", cwd=folder, expect=2), "no such file")
     check("--set" in cleave("run", "ucs.yaml", "--set", "time.edn=1 s", cwd=folder, expect=2), "--set of an unknown key")
-    check(sorted(os.listdir(folder)) == sorted([kind + ".yaml" for kind in kinds] + ["bending.geo", "brazilian.geo", "beam.geo", "measured.csv", "block.geo", "pick.geo"]), "something was written:", os.listdir(folder))
+    check(sorted(os.listdir(folder)) == sorted([kind + ".yaml" for kind in kinds] + ["bending.geo", "brazilian.geo", "beam.geo", "measured.csv", "adaptive.geo", "impact.geo", "spall.geo", "plate.geo", "wave.geo", "cantilever.geo"]), "something was written:", os.listdir(folder))
 
     write(folder, "fem.yaml", FEM)
     cleave("run", "fem.yaml", "--stop-after", "5", "--", "-log_view", ":log.txt", cwd=folder)
