@@ -275,6 +275,7 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   AppCallAt(c->scene, path, DemModelSetMaterial(c->dem, &material));
   AppCallAt(c->scene, path, DemModelSetRule(c->dem, &part->rule));
   if (part->cohesive) AppCallAt(c->scene, path, DemModelSetStrength(c->dem, &part->strength));
+  PetscCall(DemModelSetStatic(c->dem, c->is_static));
   PetscCall(DemModelSetLocalDamping(c->dem, part->local_damping));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.packing", part->name));
   PetscCall(DemModelSetBonded(c->dem, bonded));

@@ -55,6 +55,10 @@ static PetscReal LargestPoisson(const AppCase *c)
 
 static void Seconds(const AppCase *c, AppPlan *plan)
 {
+  if (c->method == APP_DEM && c->is_static) { /* so many evaluations of all forces as the body is particles across, some times */
+    plan->seconds = plan->steps * 8 * PetscPowReal(plan->particles, 1. / c->dim) * plan->bonds * SECONDS_BOND_STEP / plan->threads;
+    return;
+  }
   if (c->time == APP_STATIC && FemSolverRule(c->dim, c->mesh_order, plan->dofs, LargestPoisson(c), c->size) == FEM_TWO_LEVEL) {
     plan->seconds = plan->dofs * SECONDS_LEVELS * (0.4 + 0.6 * plan->steps) / c->size; /* every step solves anew */
     return;
@@ -307,6 +311,10 @@ static PetscErrorCode SolverWords(AppCase *c, PetscReal dofs, size_t size, char 
   PetscFunctionBegin;
   words[0] = 0;
   if (!times) PetscFunctionReturn(PETSC_SUCCESS);
+  if (c->method == APP_DEM) {
+    PetscCall(PetscStrncpy(words, "Newton, conjugate gradients on the bonds' own forces, no matrix", size));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (PetscInt p = 0; p < c->n_parts; p++) poisson = PetscMax(poisson, c->part[p].poisson);
   for (PetscInt k = 0; k < c->n_loads; k++) planes += c->load[k].kind == APP_PLANE; /* they want a matrix */
   if (c->time == APP_MODAL) PetscCall(BaseFormat(name, "Cholesky (%s)", c->size == 1 ? "CHOLMOD" : "MUMPS"));
@@ -357,7 +365,7 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
   if (c->dim == 2) fprintf(out, ", %g mm thick", (double)(c->thickness * 1e3));
   PetscCall(TimeWords(c, sizeof(active), active));
   PetscCall(SolverWords(c, p->dofs, sizeof(solver), solver));
-  fprintf(out, "\n  active    %s%s%s\n", c->method == APP_FEM ? "finite elements, " : "", c->method == APP_TOUCH ? "finite elements and particles that touch them, explicit" : c->method == APP_COUPLED ? "finite elements and bonded particles over an overlap" : c->method == APP_FEM ? active : "bonded particles, explicit", c->method != APP_COUPLED ? "" : c->is_static ? ", quasi-static" : ", explicit");
+  fprintf(out, "\n  active    %s%s%s\n", c->method == APP_FEM ? "finite elements, " : "", c->method == APP_TOUCH ? "finite elements and particles that touch them, explicit" : c->method == APP_COUPLED ? "finite elements and bonded particles over an overlap" : c->method == APP_FEM ? active : c->is_static ? "bonded particles, static" : "bonded particles, explicit", c->method != APP_COUPLED ? "" : c->is_static ? ", quasi-static" : ", explicit");
   if (c->method != APP_DEM) fprintf(out, "  size      %.0f nodes, %.0f elements, %.0f unknowns\n", (double)p->nodes, (double)p->elements, (double)p->dofs);
   if (c->method != APP_FEM) {
     fprintf(out, "  size      %s%.0f particles, %s%.0f bonds", about, (double)p->particles, about, (double)p->bonds);
@@ -419,7 +427,7 @@ PetscErrorCode AppPlanJson(AppCase *c, const AppPlan *p, Json *json)
   PetscCall(TimeWords(c, sizeof(active) - 4, active + 4));
   PetscCall(SolverWords(c, p->dofs, sizeof(solver), solver));
   PetscCall(JsonBeginObject(json, "plan"));
-  PetscCall(JsonString(json, "active", c->method == APP_TOUCH ? "fem and dem in contact, explicit" : c->method == APP_COUPLED ? (c->is_static ? "coupled quasi-static" : "coupled explicit") : c->method == APP_FEM ? active : "dem explicit"));
+  PetscCall(JsonString(json, "active", c->method == APP_TOUCH ? "fem and dem in contact, explicit" : c->method == APP_COUPLED ? (c->is_static ? "coupled quasi-static" : "coupled explicit") : c->method == APP_FEM ? active : c->is_static ? "dem static" : "dem explicit"));
   if (solver[0]) PetscCall(JsonString(json, "solver", solver));
   PetscCall(JsonBool(json, "estimated", p->built ? PETSC_FALSE : PETSC_TRUE));
   PetscCall(JsonInt(json, "dimension", c->dim));

@@ -28,7 +28,7 @@ static const SceneKey keys[] = {
 
   {"time",                                     SCENE_MAP,    "",      NULL,        NULL,         NULL, "1",   "how long the run is and how it steps", SCENE_REQUIRED},
   {"time.end",                                 SCENE_REAL,   "s",     NULL,        POSITIVE,     NULL, "-",   "the run starts at 0 and stops here; a static run applies the loads of this time", SCENE_REQUIRED | SCENE_STATIC | SCENE_EXPLICIT | SCENE_IMPLICIT},
-  {"time.method",                              SCENE_CHOICE, "",      "explicit",  NULL,         "explicit static implicit modal", "1.1, 2.14, 2.51, 2.65", "explicit: central differences; finite elements alone: static: equilibrium without inertia; implicit: Newmark or generalised-alpha; modal: eigenfrequencies", 0},
+  {"time.method",                              SCENE_CHOICE, "",      "explicit",  NULL,         "explicit static implicit modal", "1.1, 2.14, 2.51, 2.65", "explicit: central differences; static: equilibrium without inertia, of finite elements or of elastic particles; finite elements alone: implicit: Newmark or generalised-alpha; modal: eigenfrequencies", 0},
   {"time.steps",                               SCENE_INT,    "-",     "1",         "[1, 1e9]",   NULL, "2.14",   "load steps of a static run", SCENE_STATIC},
   {"time.step",                                SCENE_REAL,   "s",     "auto",      POSITIVE,     NULL, "1.1",   "time step; auto: safety times the largest stable one; an implicit run needs it", SCENE_AUTO | SCENE_EXPLICIT | SCENE_IMPLICIT},
   {"time.safety",                              SCENE_REAL,   "-",     "0.9",       "(0, 1]",     NULL, "2.13, 4.14",   "step / stable step when the step is auto", SCENE_EXPLICIT},

@@ -131,6 +131,25 @@ static PetscErrorCode CheckGeometry(Scene scene, SceneNode body)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Particles at rest: bonded, elastic, with nothing that lives on motion. */
+static PetscErrorCode CheckStatic(Scene scene, SceneNode body)
+{
+  const SceneNode name = SceneNodeChild(body, "material"), material = name && name->text ? SceneNodeChild(SceneNodeChild(scene->root, "materials"), name->text) : NULL;
+  const SceneNode law = SceneNodeChild(material, "law"), term = SceneNodeChild(material, "poisson_term"), bonded = SceneNodeChild(SceneNodeChild(body, "dem"), "bonded");
+  static const char *const moving[] = {"tools", "contact"};
+
+  PetscFunctionBegin;
+  if (law && !SceneNodeIs(law, "elastic")) PetscCall(SceneFaultValue(scene, law, "a static run of particles cannot break: write law: elastic, or time: {method: explicit} and load slowly"));
+  if (SceneNodeIs(term, "true")) PetscCall(SceneFaultValue(scene, term, "the Poisson term follows the steps of an explicit run, and this one is static: leave it out, or write time: {method: explicit}"));
+  if (SceneNodeIs(bonded, "false")) PetscCall(SceneFaultValue(scene, bonded, "loose grains have no static state to solve for: write time: {method: explicit}"));
+  for (PetscInt k = 0; k < 2; k++) {
+    const SceneNode node = SceneNodeChild(scene->root, moving[k]);
+
+    if (node) PetscCall(SceneFaultKey(scene, node, "a static run of particles has no %s: write time: {method: explicit}", moving[k]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode CheckBody(Scene scene, SceneNode body)
 {
   const SceneNode method = SceneNodeChild(body, "method"), packing = SceneNodeChild(SceneNodeChild(body, "dem"), "packing"), file = SceneNodeChild(packing, "file");
@@ -153,7 +172,8 @@ static PetscErrorCode CheckBody(Scene scene, SceneNode body)
     if (dem && dem->kind == NODE_MAP && !SceneNodeChild(dem, "group")) PetscCall(SceneFaultKey(scene, dem, "dem has no group; name the physical group that becomes particles, e.g. group: ligament"));
   } else if (SceneNodeChild(SceneNodeChild(body, "dem"), "group"))
     PetscCall(SceneFaultKey(scene, SceneNodeChild(SceneNodeChild(body, "dem"), "group"), "dem.group belongs to method: coupled; for a body of particles alone write group beside geometry"));
-  if ((scene->time & ~SCENE_EXPLICIT) && SceneNodeIs(method, "dem")) PetscCall(SceneFaultValue(scene, method, "time.method is %s, and %s needs a fem body; body '%.60s' is dem: write time: {method: explicit}", TimeWord(scene), TimeWord(scene), body->key));
+  if (scene->time == SCENE_STATIC && SceneNodeIs(method, "dem")) PetscCall(CheckStatic(scene, body));
+  else if ((scene->time & ~SCENE_EXPLICIT) && SceneNodeIs(method, "dem")) PetscCall(SceneFaultValue(scene, method, "time.method is %s, and %s needs a fem body; body '%.60s' is dem: write time: {method: explicit}", TimeWord(scene), TimeWord(scene), body->key));
   if (SceneNodeIs(SceneNodeChild(SceneNodeChild(scene->root, "time"), "preload"), "static") && SceneNodeIs(method, "dem"))
     PetscCall(SceneFaultValue(scene, method, "time.preload: static needs a fem or a coupled body; body '%.60s' is %s: let the load grow slowly instead", body->key, method->text));
   if (SceneNodeChild(SceneNodeChild(body, "dem"), "rain")) {

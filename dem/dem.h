@@ -141,6 +141,10 @@ PetscErrorCode DemModelAddColumns(DemModel model, const char *quantity);
 /* The two of "quality" at the row of largest strain energy so far; -1 without the columns. */
 PetscErrorCode DemModelGetQuality(DemModel model, PetscReal *unbalanced, PetscReal *kinetic);
 
+/* Steps are load steps: equilibrium of the loads and supports at their end, without inertia. Bonded particles that cannot break, without tools and
+   contacts, one rank. Before set-up; default false.  Eqs (4.80), (4.81) */
+PetscErrorCode DemModelSetStatic(DemModel model, PetscBool is_static);
+PetscErrorCode DemModelGetProducts(DemModel model, PetscInt *products); /* force evaluations that stood for a matrix, so far */
 PetscErrorCode DemModelSetUp(DemModel model);
 PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt); /* power iteration, 1 % */
 PetscErrorCode DemModelGetStableStep(DemModel model, PetscReal *dt);   /* rigorous block bound, never above it.  Eq. (4.14) */

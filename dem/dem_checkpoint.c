@@ -151,6 +151,7 @@ PetscErrorCode DemSave_Internal(void *ctx, Checkpoint c)
   scalar[3] = model->work;
   scalar[4] = model->work_in;
   PetscCall(CheckpointWriteReal(c, "dem/scalars", SCALARS, scalar));
+  if (model->statics) PetscCall(CheckpointWriteReal(c, "dem/static_reference", 1, DemStaticReference_Internal(model)));
   PetscCall(DemSaveInts_Internal(model, c, "dem/number", DEM_OF_PARTICLES, model->ranks ? model->ranks->number : model->at)); /* packing's number of each row below: global ids */
   PetscCall(DemSaveRows_Internal(model, c, "dem/displacement", DEM_OF_PARTICLES, 3, 1, model->u));
   PetscCall(DemSaveRows_Internal(model, c, "dem/velocity", DEM_OF_PARTICLES, 3, 1, model->v));
@@ -187,6 +188,7 @@ PetscErrorCode DemLoad_Internal(void *ctx, Checkpoint c)
 
   PetscFunctionBegin;
   PetscCall(CheckpointReadReal(c, "dem/scalars", SCALARS, scalar));
+  if (model->statics) PetscCall(CheckpointReadReal(c, "dem/static_reference", 1, DemStaticReference_Internal(model)));
   PetscCall(PetscMalloc1(n, &number));
   PetscCall(DemLoadInts_Internal(model, c, "dem/number", DEM_OF_PARTICLES, number));
   for (PetscInt p = 0; p < model->own; p++) same = (PetscBool)(same && number[p] == (model->ranks ? model->ranks->number : model->at)[p]);

@@ -237,11 +237,12 @@ PetscErrorCode DemForces_Internal(DemModel model, PetscInt flags)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Elastic energy of bonds, cells and held facets [J].  Eq. (4.5). Leaves sums and dilations of the present state. */
+/* Elastic energy of bonds, cells and held facets [J].  Eq. (4.5). A look leaves no trace: the dilations of the last forces, before damage grew, are what the
+   next look at stresses starts from. */
 PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy)
 {
   const PetscInt n_blocks = model->blocks.n_blocks;
-  PetscReal      sum = 0;
+  PetscReal      sum = 0, *before = NULL;
 
   PetscFunctionBegin;
   *energy = 0;
@@ -250,6 +251,10 @@ PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy)
     *energy = DemRuleEnergy_Internal(model) + DemWallsEnergy_Internal(model);
     PetscCall(DemSumRanks_Internal(model, 1, energy));
     PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (model->crack.damage) {
+    PetscCall(PetscMalloc1(model->n, &before));
+    PetscCall(PetscArraycpy(before, model->dilation, model->n));
   }
 #pragma omp parallel num_threads((int)model->threads)
   {
@@ -271,7 +276,9 @@ PetscErrorCode DemStrainEnergy_Internal(DemModel model, PetscReal *energy)
       model->block_sum[b] = part;
     }
   }
-  if (model->ranks) PetscCall(DemHaloReal_Internal(model, model->dilation));
+  if (before) PetscCall(PetscArraycpy(model->dilation, before, model->n));
+  else if (model->ranks) PetscCall(DemHaloReal_Internal(model, model->dilation));
+  PetscCall(PetscFree(before));
   for (PetscInt b = 0; b < n_blocks; b++)
     if (DemBlockIsMine(model, b)) sum += model->block_sum[b];
   *energy = sum + DemWallsEnergy_Internal(model);

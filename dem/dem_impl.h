@@ -12,6 +12,7 @@
 #include "dem_ranks.h"
 
 typedef struct _n_DemNetwork *DemNetwork;
+typedef struct _n_DemStatic  *DemStatic; /* dem_static.c */
 
 #define DEM_BLOCK 256 /* particles; state of block and halo stays in a 512 kB second-level cache (72 kB in 3D) */
 #define DEM_CHUNK 64  /* bonds treated together: their results stay in the first-level cache */
@@ -160,6 +161,8 @@ struct _p_DemModel {
   PetscReal  *weight_mass, *weight_volume, *weight_facet; /* as given, packing's and cells' order; NULL = 1 */
   DemCrackState crack;   /* empty unless cohesive */
   DemRule       rule;    /* elastic rule of the bonds */
+  DemStatic     statics; /* of load steps without inertia; NULL otherwise */
+  PetscBool     is_static;
   DemNetwork    net;     /* of the published rules (dem_rule.h); NULL with `exact` */
   PetscInt     *group;   /* [particles] packing's order; NULL = all one */
   PetscReal   g_shear, lambda; /* [Pa]; lambda of plane stress in plane stress.  Eq. (4.1) */
@@ -425,6 +428,12 @@ static inline PetscBool DemInClump(DemModel model, PetscInt p)
 {
   return (PetscBool)(model->clumps.n && model->clumps.of[p] >= 0);
 }
+
+/* dem_static.c */
+PetscErrorCode DemStaticCreate_Internal(DemModel model); /* at the end of set-up */
+PetscErrorCode DemStaticDestroy_Internal(DemModel model);
+PetscErrorCode DemStaticStep_Internal(void *ctx, PetscReal t, PetscReal dt);
+PetscReal     *DemStaticReference_Internal(DemModel model); /* what a checkpoint keeps: out-of-balance [N] */
 
 /* dem_step.c */
 PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt);

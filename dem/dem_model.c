@@ -391,6 +391,15 @@ PetscErrorCode DemModelSetUp(DemModel model)
   BaseCheckInput(model->net || !model->cohesive || !model->strength.published, model->comm, "law: published acts on springs; with elasticity: exact write law: cohesive");
   BaseCheckInput(!model->group || model->cohesive, model->comm, "Groups that only touch need a law that can break");
   if (model->cohesive && model->bonds.n) PetscCall(DemSetUpCracks_Internal(model));
+  if (model->is_static) {
+    PetscMPIInt ranks;
+
+    PetscCallMPI(MPI_Comm_size(model->comm, &ranks));
+    BaseCheckInput(ranks == 1, model->comm, "Static load steps of particles run on one rank: use threads");
+    BaseCheckInput(model->bonded && !model->crack.damage && !model->contacts.on && !model->n_tools && !model->rule.poisson_term && !model->weight_mass, model->comm,
+                   "Static load steps are for bonded particles that cannot break, without contacts, tools, the Poisson term and a coupling");
+    PetscCall(DemStaticCreate_Internal(model));
+  }
   if (model->n_tools) PetscCall(DemToolsSetUp_Internal(model));
   model->ready = PETSC_TRUE;
   DemFacesSetTime_Internal(model, 0);
@@ -441,6 +450,7 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
   if (!model) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(DemRanksDestroy_Internal(model));
   PetscCall(DemPackingDestroy(&model->packing));
+  PetscCall(DemStaticDestroy_Internal(model));
   PetscCall(DemCellsDestroy(&model->cells));
   PetscCall(PetscFree(model->body.face_name));
   PetscCall(PetscFree2(model->rank_of, model->at));

@@ -3,6 +3,10 @@
 
 static PetscErrorCode StepperStable(void *ctx, PetscReal *dt)
 {
+  if (((DemModel)ctx)->statics) { /* any will do */
+    *dt = PETSC_MAX_REAL;
+    return PETSC_SUCCESS;
+  }
   return DemModelGetCriticalStep(ctx, dt);
 }
 
@@ -11,18 +15,12 @@ static PetscErrorCode StepperEnergy(void *ctx, Ledger *ledger)
   enum { GRAVITY, DAMPED, POISSON, TOOLS, CONTACTS, LOST, FRICTION, FRACTURE, TAKEN, SCALE, PARTS }; /* sums over what is here [J] */
   DemModel       model = ctx;
   const PetscInt n = model->n;
-  PetscReal      kinetic, due, strain, gravity = 0, moving = 0, *dilation = NULL, here[PARTS] = {0};
+  PetscReal      kinetic, due, strain, gravity = 0, moving = 0, here[PARTS] = {0};
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(ledger, sizeof(*ledger)));
   PetscCall(DemKineticEnergy_Internal(model, &kinetic, &due));
-  if (model->crack.damage) { /* those of the last forces, before damage grew, are what the next look at stresses starts from: a look at energies leaves no trace */
-    PetscCall(PetscMalloc1(n, &dilation));
-    PetscCall(PetscArraycpy(dilation, model->dilation, n));
-  }
   PetscCall(DemStrainEnergy_Internal(model, &strain));
-  if (dilation) PetscCall(PetscArraycpy(model->dilation, dilation, n));
-  PetscCall(PetscFree(dilation));
   if (model->gravity[0] != 0 || model->gravity[1] != 0 || model->gravity[2] != 0) /* a potential: its work needs no sum over time */
     for (PetscInt p = 0; p < model->own; p++) {
       const PetscReal c[3] = {model->offset[p], model->offset[n + p], model->offset[2 * n + p]};
@@ -322,7 +320,7 @@ PetscErrorCode DemModelGetStepper(DemModel model, Stepper *stepper)
     }
   }
   PetscCall(PetscMemzero(stepper, sizeof(*stepper)));
-  *stepper = (Stepper){.name = "dem", .ctx = model, .stable_step = StepperStable, .step = DemStep_Internal, .energy = StepperEnergy, .watch = DemWatch_Internal, .history = StepperHistory, .write = StepperWrite,
+  *stepper = (Stepper){.name = "dem", .ctx = model, .stable_step = StepperStable, .step = model->statics ? DemStaticStep_Internal : DemStep_Internal, .energy = StepperEnergy, .watch = DemWatch_Internal, .history = StepperHistory, .write = StepperWrite,
                        .save = DemSave_Internal, .load = DemLoad_Internal, .unbalanced = model->bonds.n ? DemUnbalanced_Internal : NULL, .n_history = model->n_history, .history_name = model->history_name,
                        .history_unit = model->history_unit, .elements = model->bonds.n ? model->bonds.n : model->n};
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -146,5 +146,32 @@ def main(folder):
     print(json.dumps({"peak / strength": peak / 4e6, "fragments": len(parts["mass"])}))
 
 
+def at_rest(folder):
+    """E and nu of a cylinder of particles by load steps without inertia, stopped and gone on with; what moves is refused."""
+    text = """\
+time: {end: 1 s, method: static, steps: 4}
+materials: {rock: {density: 2500 kg/m3, young: 30 GPa, poisson: 0.2}}
+bodies: {core: {geometry: {cylinder: {radius: 25 mm, height: 100 mm}}, method: dem, material: rock, dem: {packing: {count: 800, spread: 0.2, seed: 1}}}}
+conditions:
+  - {group: bottom, fix: z}
+  - {group: top, displacement: {z: {ramp: {to: -0.01 mm, over: 1 s}}}}
+output: {history: {every: 0.25 s, quantities: [reaction(top), gauge]}}
+"""
+    with open(os.path.join(folder, "rest.yaml"), "w") as file:
+        file.write(text)
+    cleave("run", "rest.yaml", "--output", "rest", folder=folder)
+    rows = table(folder, "rest", "history.csv")
+    check(abs(rows["gauge.modulus"][-1] / 30e9 - 1) < 1e-5 and abs(rows["gauge.poisson"][-1] - 0.2) < 1e-5, "E, nu at rest", rows["gauge.modulus"][-1], rows["gauge.poisson"][-1])
+    cleave("run", "rest.yaml", "--output", "cut_rest", "--stop-after", "2", folder=folder)
+    cleave("run", "rest.yaml", "--output", "cut_rest", "--resume", folder=folder)
+    with open(os.path.join(folder, "rest", "history.csv"), "rb") as a, open(os.path.join(folder, "cut_rest", "history.csv"), "rb") as b:
+        check(a.read() == b.read(), "load steps differ after a resume")
+    with open(os.path.join(folder, "breaks.yaml"), "w") as file:
+        file.write(text.replace("poisson: 0.2}", "poisson: 0.2, law: cohesive, tensile_strength: 4 MPa, fracture_energy: 20 J/m2}"))
+    said = cleave("run", "breaks.yaml", "--output", "breaks", folder=folder, expect=2)
+    check("cannot break" in said and "breaks.yaml:2:" in said, "a static run that could break:", said)
+
+
 with tempfile.TemporaryDirectory() as scratch:
     main(scratch)
+    at_rest(scratch)

@@ -150,7 +150,7 @@ def test_broken(folder):
         (DEM, "zmin, fix: z", "zmin, fix: [x, z]", 12, "zmin"),
         (DEM, "radius: 4 mm", "radius: 4 kg", 10, "4 kg"),
         (DEM, "spread: 0.2", "spread: 2", 10, "spread"),
-        (DEM, "{end: 60 us}", "{end: 60 us, method: static}", 8, "static"),
+        (DEM, "{end: 60 us}", "{end: 60 us, method: implicit, step: 1 us}", 8, "implicit"),
         (DEM, "zmin, fix: z", "zmi, fix: z", 12, "zmin"),
         (DEM, "fix: z}", "fix: z}\n  - {group: zmin, displacement: {z: 0 mm}}", 13, "prescribed"),
         (DEM, "fix: z}", "fix: z}\n  - {group: zmin, pressure: 1 MPa}", 13, "platen"),
