@@ -36,7 +36,7 @@ def finish(cleave, folder, output, *more, threads=1, code=0):
     return said
 
 
-STOPS = {"switch": (0.3, 0.52)}  # its last element has turned at 0.55
+STOPS = {"switch": (0.3, 0.52), "breaking": (0.3, 0.45), "coupled": (0.4, 0.5)}  # its last element has turned at 0.55; they are torn through at 0.55 and 0.6
 
 
 def restart(cleave, folder, name, scene, threads=True):
