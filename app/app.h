@@ -232,7 +232,7 @@ typedef struct {
   PetscInt    n_warnings;
   char        warning[8][512];
 } AppEnd;
-PetscErrorCode AppPlots(AppCase *c, const char *directory, AppEnd *end);
+PetscErrorCode AppPlots(AppCase *c, const char *directory, PetscBool quiet, AppEnd *end);
 PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary *run, const AppEnd *end, const char *directory);
 PetscErrorCode AppModal(AppCase *c, Output output, const char *directory, PetscBool quiet); /* modes.csv, frames, c->frequency */
 PetscErrorCode AppCracksWrite(AppCase *c, const char *directory); /* cracks.csv and fragments.csv, where the material can break */
@@ -248,5 +248,5 @@ PetscErrorCode AppPack(const AppOptions *options, int *exit_code);
 PetscErrorCode AppInfo(const AppOptions *options, int *exit_code);
 PetscErrorCode AppNew(const AppOptions *options, int *exit_code);
 
-/* Run Python on one of our scripts; *ran is false, with a word on stderr, when that is impossible. Rank 0 only. */
-PetscErrorCode AppPython(const char *script, const char *argument, PetscInt n, const char *const more[], PetscBool *ran);
+/* Run Python on one of our scripts, quiet: without what it prints; *ran is false, with a word on stderr, when that is impossible. Rank 0 only. */
+PetscErrorCode AppPython(const char *script, const char *argument, PetscInt n, const char *const more[], PetscBool quiet, PetscBool *ran);

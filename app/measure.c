@@ -49,7 +49,8 @@ PetscErrorCode AppMeasure(AppCase *c, const AppOptions *options, const AppPlan *
   AppEnd         end = {.state = "running"};
   Output         output;
   PetscLogDouble now;
-  PetscReal      start, set_up = 0, per_step, rest, frames, frame, total;
+  PetscErrorCode code;
+  PetscReal      processor, set_up = 0, per_step, rest, frames, frame, total;
   struct rusage  use;
   char           directory[PETSC_MAX_PATH_LEN];
 
@@ -60,8 +61,8 @@ PetscErrorCode AppMeasure(AppCase *c, const AppOptions *options, const AppPlan *
   }
   for (PetscInt k = 0; k < c->clock.n; k++) set_up += c->clock.seconds[k];
   getrusage(RUSAGE_SELF, &use);
-  start = use.ru_utime.tv_sec + use.ru_stime.tv_sec + 1e-6 * (use.ru_utime.tv_usec + use.ru_stime.tv_usec); /* processor time so far: what it is above the set-up is the program's start */
-  set_up = PetscMax(set_up, start);
+  processor = use.ru_utime.tv_sec + use.ru_stime.tv_sec + 1e-6 * (use.ru_utime.tv_usec + use.ru_stime.tv_usec);
+  set_up    = PetscMax(set_up, processor); /* what it is above the phases is the program's start */
 
   PetscCall(MakeRoom(c->comm, sizeof(directory), directory));
   PetscCall(AppRunOptions(c, options, plan, &loop));
@@ -71,10 +72,13 @@ PetscErrorCode AppMeasure(AppCase *c, const AppOptions *options, const AppPlan *
   loop.stamp = loop.scene = "";
   PetscCall(OutputCreate(c->comm, directory, PETSC_FALSE, &output));
   PetscCall(AppFieldNames(c, output));
-  PetscCall(RunLoop(c->comm, &c->stepper, &loop, output, &run));
+  code = RunLoop(c->comm, &c->stepper, &loop, output, &run);
   PetscCall(OutputDestroy(&output));
   c->clock.n = 0;
-  if (!options->no_plots) PetscCall(AppPlots(c, directory, &end));
+  if (!code && !options->no_plots) PetscCall(AppPlots(c, directory, PETSC_TRUE, &end));
+
+  if (!c->rank) nftw(directory, Remove, 16, FTW_DEPTH | FTW_PHYS);
+  PetscCall(code);
 
   const PetscReal steps = PetscMax(1, PetscCeilReal(loop.end / run.dt * (1 - 1e-12))), here = PetscMax(1, run.steps_here);
 
@@ -88,7 +92,6 @@ PetscErrorCode AppMeasure(AppCase *c, const AppOptions *options, const AppPlan *
   if (!c->rank) {
     fprintf(out, "  measured  %.2g s of set-up, %.3g ms a step over %d steps, %.2g s a frame\n", (double)set_up, (double)(1e3 * per_step), (int)run.steps_here, (double)frame);
     fprintf(out, "  takes     about %.3g s for %.0f steps and %.0f frames%s\n", (double)total, (double)steps, (double)frames, c->turning ? "; elements that turn make it longer" : "");
-    nftw(directory, Remove, 16, FTW_DEPTH | FTW_PHYS);
   }
   PetscCall(RunSummaryDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -136,7 +136,7 @@ PetscErrorCode AppPack(const AppOptions *options, int *exit_code)
   PetscCall(BaseFormat(path, "%s/packing.csv", directory));
   PetscCall(DemPackingWrite(&c.packing, path));
   PetscCall(WriteReport(&c, &report, bonded ? &cells : NULL, directory));
-  PetscCall(AppPython("app/packing.py", directory, 0, NULL, &ran));
+  PetscCall(AppPython("app/packing.py", directory, 0, NULL, PETSC_FALSE, &ran));
   printf("written to %s\n", directory);
   *exit_code = 0;
   PetscCall(AppCaseDestroy(&c));

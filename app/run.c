@@ -135,7 +135,7 @@ static PetscErrorCode PlotWords(AppCase *c, PetscInt *n, char *word[APP_PLOTS])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AppPlots(AppCase *c, const char *directory, AppEnd *end)
+PetscErrorCode AppPlots(AppCase *c, const char *directory, PetscBool quiet, AppEnd *end)
 {
   PetscBool ran = PETSC_FALSE;
   PetscInt  n;
@@ -149,7 +149,7 @@ PetscErrorCode AppPlots(AppCase *c, const char *directory, AppEnd *end)
     PetscCall(PetscMalloc1(BASE_LINE, &word[n]));
     PetscCall(PetscStrncpy(word[n++], "{\"kind\": \"last\"}", BASE_LINE));
   }
-  PetscCall(AppPython("base/plot.py", directory, n, (const char *const *)word, &ran));
+  PetscCall(AppPython("base/plot.py", directory, n, (const char *const *)word, quiet, &ran));
   for (PetscInt k = 0; k < n; k++) PetscCall(PetscFree(word[k]));
   if (!ran) PetscCall(PetscStrncpy(end->warning[end->n_warnings++], "plots are missing: see the messages of base/plot.py", sizeof(end->warning[0])));
   PetscCall(AppClockEnd(&c->clock));
@@ -176,7 +176,7 @@ static PetscErrorCode RunModes(AppCase *c, const AppOptions *options, const AppP
     static const char *const last = "{\"kind\": \"last\"}";
     PetscBool                ran;
 
-    PetscCall(AppPython("base/plot.py", directory, 1, &last, &ran));
+    PetscCall(AppPython("base/plot.py", directory, 1, &last, options->quiet, &ran));
     if (!ran) PetscCall(PetscStrncpy(end.warning[end.n_warnings++], "the picture is missing: see the messages of base/plot.py", sizeof(end.warning[0])));
   }
   PetscCall(AppSummaryWrite(c, plan, NULL, &end, directory));
@@ -326,7 +326,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   if (!code && c.method == APP_FEM && c.time != APP_MODAL) PetscCall(FemModelGetBalance(c.fem, &c.balance[0], &c.balance[1]));
   if (!code) PetscCall(WarnOfHaste(&c, &end));
   PetscCall(AppSwitchesWrite(&c, directory, &end));
-  if (!options->no_plots) PetscCall(AppPlots(&c, directory, &end));
+  if (!options->no_plots) PetscCall(AppPlots(&c, directory, options->quiet, &end));
   PetscCall(AppSummaryWrite(&c, &plan, &run, &end, directory));
   if (!options->quiet && !c.rank) printf("%s: results in %s\n", end.state, directory);
   *exit_code = end.exit_code;

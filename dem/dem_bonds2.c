@@ -1,19 +1,6 @@
 /* dem_bonds2.c - the `exact` rule over a block's bonds in 2D: two displacements, one angle.  Eqs (4.2)-(4.7); see dem_bonds3.c */
 #include "dem_bonds_impl.h"
 
-enum { ROW_K = 2, ROW_WEIGHT }; /* after the arm's components */
-
-/* The run from bond k of a block that ends before `last`. */
-DEM_INLINE void RunAt(const DemBonds *bonds, PetscInt k, PetscInt last, DemRunTail *tail, DemRun *run)
-{
-  for (int d = 0; d < 2; d++) run->row[d] = bonds->arm + d * bonds->n + k;
-  run->row[ROW_K]      = bonds->now + k;
-  run->row[ROW_WEIGHT] = (bonds->weight ? bonds->weight : bonds->now) + k;
-  run->ip              = bonds->ip + k;
-  run->iq              = bonds->iq + k;
-  DemRunCut(4, last - k, tail, run);
-}
-
 typedef struct {
   DemLanes a[2], b[2], gap[2];
 } Pose;
@@ -27,7 +14,7 @@ DEM_INLINE void PoseOf(const DemRun *run, const DemBondEnds *e, Pose *pose)
   DemEndsDifference(e, DEM_AT_X, y);
   DemEndsRows(e->p, DEM_AT_R, ri);
   DemEndsRows(e->q, DEM_AT_R, rj);
-  const DemLanes px = DemLanesLoad(run->row[0]), py = DemLanesLoad(run->row[1]), qx = px - y[0], qy = py - y[1];
+  const DemLanes px = DemLanesLoad(run->row[DEM_ROW_ARM]), py = DemLanesLoad(run->row[DEM_ROW_ARM + 1]), qx = px - y[0], qy = py - y[1];
   const DemLanes ax = ri[1] * px - ri[0] * py, ay = ri[0] * px + ri[1] * py, bx = rj[1] * qx - rj[0] * qy, by = rj[0] * qx + rj[1] * qy;
 
   pose->gap[0] = move[0] + (bx - ax);
@@ -49,18 +36,13 @@ DEM_CLONES void DemBondsSum2_Internal(PetscInt wide, PetscInt first, PetscInt la
     DemLanes    kk, sp, sq;
     Pose        pose;
 
-    RunAt(bonds, k, last, &tail, &run);
+    DemBondRunAt(2, bonds, k, last, &tail, &run);
     DemBondEndsOf(run.ip, run.iq, copy, &ends);
     PoseOf(&run, &ends, &pose);
-    kk = DemLanesLoad(run.row[ROW_K]);
+    kk = DemLanesLoad(run.row[DEM_ROW_K]);
     sp = kk * (pose.gap[0] * pose.a[0] + pose.gap[1] * pose.a[1]);
     sq = kk * (pose.gap[0] * pose.b[0] + pose.gap[1] * pose.b[1]);
-#pragma GCC unroll 4
-    for (int c = 0; c < DEM_LANES; c++) {
-      if (c >= run.n) break;
-      S[run.ip[c]] += sp[c];
-      S[run.iq[c]] -= sq[c];
-    }
+    DemBondSum(&run, sp, sq, S);
   }
 }
 
@@ -75,12 +57,12 @@ DEM_CLONES void DemBondsForce2_Internal(PetscInt wide, PetscInt first, PetscInt 
     DemLanes    kk, gk, ep, eq, force[DEM_LANES];
     Pose        pose;
 
-    RunAt(bonds, k, last, &tail, &run);
+    DemBondRunAt(2, bonds, k, last, &tail, &run);
     DemBondEndsOf(run.ip, run.iq, copy, &ends);
     PoseOf(&run, &ends, &pose);
-    kk = DemLanesLoad(run.row[ROW_K]);
+    kk = DemLanesLoad(run.row[DEM_ROW_K]);
     gk = kk * g2;
-    if (bonds->weight) gk *= DemLanesLoad(run.row[ROW_WEIGHT]);
+    if (bonds->weight) gk *= DemLanesLoad(run.row[DEM_ROW_WEIGHT]);
     ep = kk * lambda * DemEndsOne(ends.p, DEM_AT_E);
     eq = kk * lambda * DemEndsOne(ends.q, DEM_AT_E);
     const DemLanes tx = gk * pose.gap[0] + ep * pose.a[0] - eq * pose.b[0], ty = gk * pose.gap[1] + ep * pose.a[1] - eq * pose.b[1];
@@ -114,11 +96,11 @@ PetscReal DemBondsEnergy2_Internal(PetscInt wide, PetscInt first, PetscInt last,
     DemLanes    energy;
     Pose        pose;
 
-    RunAt(bonds, k, last, &tail, &run);
+    DemBondRunAt(2, bonds, k, last, &tail, &run);
     DemBondEndsOf(run.ip, run.iq, copy, &ends);
     PoseOf(&run, &ends, &pose);
-    energy = g_shear * DemLanesLoad(run.row[ROW_K]) * (pose.gap[0] * pose.gap[0] + pose.gap[1] * pose.gap[1]);
-    if (bonds->weight) energy *= DemLanesLoad(run.row[ROW_WEIGHT]);
+    energy = g_shear * DemLanesLoad(run.row[DEM_ROW_K]) * (pose.gap[0] * pose.gap[0] + pose.gap[1] * pose.gap[1]);
+    if (bonds->weight) energy *= DemLanesLoad(run.row[DEM_ROW_WEIGHT]);
     for (int c = 0; c < run.n; c++) sum += energy[c];
   }
   return sum;

@@ -7,19 +7,6 @@
 */
 #include "dem_bonds_impl.h"
 
-enum { ROW_K = 3, ROW_WEIGHT }; /* after the arm's components */
-
-/* The run from bond k of a block that ends before `last`. */
-DEM_INLINE void RunAt(const DemBonds *bonds, PetscInt k, PetscInt last, DemRunTail *tail, DemRun *run)
-{
-  for (int d = 0; d < 3; d++) run->row[d] = bonds->arm + d * bonds->n + k;
-  run->row[ROW_K]      = bonds->now + k;
-  run->row[ROW_WEIGHT] = (bonds->weight ? bonds->weight : bonds->now) + k;
-  run->ip              = bonds->ip + k;
-  run->iq              = bonds->iq + k;
-  DemRunCut(5, last - k, tail, run);
-}
-
 /* Arms a, b of four bonds, turned, and their gaps.  Eqs (4.2), (4.3) */
 typedef struct {
   DemLanes a[3], b[3], gap[3];
@@ -34,7 +21,7 @@ DEM_INLINE void PoseOf(const DemRun *run, const DemBondEnds *e, Pose *pose)
   DemEndsRows(e->p, DEM_AT_R, ri);
   DemEndsRows(e->q, DEM_AT_R, rj);
   for (int d = 0; d < 3; d++) {
-    p[d] = DemLanesLoad(run->row[d]);
+    p[d] = DemLanesLoad(run->row[DEM_ROW_ARM + d]);
     q[d] = p[d] - y[d];
   }
   DemLanesTurn(ri, p, ta);
@@ -62,18 +49,13 @@ DEM_CLONES void DemBondsSum3_Internal(PetscInt wide, PetscInt first, PetscInt la
     DemLanes    kk, sp, sq;
     Pose        pose;
 
-    RunAt(bonds, k, last, &tail, &run);
+    DemBondRunAt(3, bonds, k, last, &tail, &run);
     DemBondEndsOf(run.ip, run.iq, copy, &ends);
     PoseOf(&run, &ends, &pose);
-    kk = DemLanesLoad(run.row[ROW_K]);
+    kk = DemLanesLoad(run.row[DEM_ROW_K]);
     sp = kk * Dot(pose.gap, pose.a);
     sq = kk * Dot(pose.gap, pose.b);
-#pragma GCC unroll 4
-    for (int c = 0; c < DEM_LANES; c++) {
-      if (c >= run.n) break;
-      S[run.ip[c]] += sp[c];
-      S[run.iq[c]] -= sq[c];
-    }
+    DemBondSum(&run, sp, sq, S);
   }
 }
 
@@ -89,12 +71,12 @@ DEM_CLONES void DemBondsForce3_Internal(PetscInt wide, PetscInt first, PetscInt 
     DemLanes    kk, gk, ep, eq, t[3], sp[3], sq[3], cp[3], cq[3];
     Pose        pose;
 
-    RunAt(bonds, k, last, &tail, &run);
+    DemBondRunAt(3, bonds, k, last, &tail, &run);
     DemBondEndsOf(run.ip, run.iq, copy, &ends);
     PoseOf(&run, &ends, &pose);
-    kk = DemLanesLoad(run.row[ROW_K]);
+    kk = DemLanesLoad(run.row[DEM_ROW_K]);
     gk = kk * g2;
-    if (bonds->weight) gk *= DemLanesLoad(run.row[ROW_WEIGHT]);
+    if (bonds->weight) gk *= DemLanesLoad(run.row[DEM_ROW_WEIGHT]);
     ep = kk * lambda * DemEndsOne(ends.p, DEM_AT_E);
     eq = kk * lambda * DemEndsOne(ends.q, DEM_AT_E);
     for (int d = 0; d < 3; d++) {
@@ -123,11 +105,11 @@ PetscReal DemBondsEnergy3_Internal(PetscInt wide, PetscInt first, PetscInt last,
     DemLanes    energy;
     Pose        pose;
 
-    RunAt(bonds, k, last, &tail, &run);
+    DemBondRunAt(3, bonds, k, last, &tail, &run);
     DemBondEndsOf(run.ip, run.iq, copy, &ends);
     PoseOf(&run, &ends, &pose);
-    energy = g_shear * DemLanesLoad(run.row[ROW_K]) * Dot(pose.gap, pose.gap);
-    if (bonds->weight) energy *= DemLanesLoad(run.row[ROW_WEIGHT]);
+    energy = g_shear * DemLanesLoad(run.row[DEM_ROW_K]) * Dot(pose.gap, pose.gap);
+    if (bonds->weight) energy *= DemLanesLoad(run.row[DEM_ROW_WEIGHT]);
     for (int c = 0; c < run.n; c++) sum += energy[c];
   }
   return sum;

@@ -41,6 +41,31 @@ DEM_INLINE void DemRunCut(int rows, PetscInt left, DemRunTail *tail, DemRun *run
   run->iq = tail->end[1];
 }
 
+/* Rows of the `exact` rule; in 2D the arm's third is left out. */
+enum { DEM_ROW_K, DEM_ROW_WEIGHT, DEM_ROW_ARM };
+
+/* The run from bond k of a block that ends before `last`. */
+DEM_INLINE void DemBondRunAt(int dim, const DemBonds *bonds, PetscInt k, PetscInt last, DemRunTail *tail, DemRun *run)
+{
+  run->row[DEM_ROW_K]      = bonds->now + k;
+  run->row[DEM_ROW_WEIGHT] = (bonds->weight ? bonds->weight : bonds->now) + k; /* read only where there are weights */
+  for (int d = 0; d < dim; d++) run->row[DEM_ROW_ARM + d] = bonds->arm + d * bonds->n + k;
+  run->ip = bonds->ip + k;
+  run->iq = bonds->iq + k;
+  DemRunCut(DEM_ROW_ARM + dim, last - k, tail, run);
+}
+
+/* Volumetric sums of both ends, in the order of the bonds. */
+DEM_INLINE void DemBondSum(const DemRun *run, DemLanes sp, DemLanes sq, PetscReal *restrict S)
+{
+#pragma GCC unroll 4
+  for (int c = 0; c < DEM_LANES; c++) {
+    if (c >= run->n) break;
+    S[run->ip[c]] += sp[c];
+    S[run->iq[c]] -= sq[c];
+  }
+}
+
 DEM_INLINE void DemBondEndsOf(const int *ip, const int *iq, const PetscReal *copy, DemBondEnds *ends)
 {
   for (int c = 0; c < DEM_LANES; c++) {

@@ -56,25 +56,6 @@ PetscErrorCode FemFarTrial(FemModel model, const PetscReal *u, PetscReal *slow, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* x [n] = Mt^-1 b; b [n], zero along held dofs, may be x */
-static PetscErrorCode Solve(FemModel model, const PetscReal *b, PetscReal *x)
-{
-  const PetscInt     n = model->n_own * model->dim;
-  PetscScalar       *rhs;
-  const PetscScalar *a;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayWrite(model->rhs, &rhs));
-  PetscCall(PetscArraycpy(rhs, b, n));
-  PetscCall(VecRestoreArrayWrite(model->rhs, &rhs));
-  PetscCall(VecSet(model->solution, 0)); /* the same bits whatever came before */
-  PetscCall(FemSolverSolve(model));
-  PetscCall(VecGetArrayRead(model->solution, &a));
-  PetscCall(PetscArraycpy(x, a, n));
-  PetscCall(VecRestoreArrayRead(model->solution, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Half of a velocity that a unit of force puts on each near face dof at the middle of its kick. */
 static PetscReal NearGain(const FemModel model, PetscInt dof, PetscReal h)
 {
@@ -110,7 +91,7 @@ static PetscErrorCode Factor(FemModel model, PetscReal dt)
   for (PetscInt c = 0; c < nf; c++) {
     PetscCall(PetscArrayzero(x, n));
     x[far->face[c]] = 1;
-    PetscCall(Solve(model, x, x));
+    PetscCall(FemSolverSolveArray(model, x, x));
     for (PetscInt r = 0; r < nf; r++) far->Y[(size_t)r * nf + c] = 0.5 * H * x[far->face[r]];
   }
   for (PetscInt r = 0; r < nf; r++)
@@ -228,7 +209,7 @@ static PetscErrorCode Predict(FemModel model, PetscReal t, PetscReal H)
 
     b[k] = M == 0 || model->fixed[k] >= 0 ? 0 : b[k] + far->f1[k] - model->alpha * M * far->v1[k];
   }
-  PetscCall(Solve(model, b, b));
+  PetscCall(FemSolverSolveArray(model, b, b));
   for (PetscInt k = 0; k < n; k++) {
     if (far->far_mass[k / dim] == 0 || model->fixed[k] >= 0) continue;
     far->a1[k] = b[k];
@@ -294,7 +275,7 @@ static PetscErrorCode Close(FemModel model)
   Multiplier(model, far->dt, far->m);
   PetscCall(PetscCalloc1(n, &w));
   for (PetscInt c = 0; c < far->n_face; c++) w[far->face[c]] = -far->lambda[c];
-  PetscCall(Solve(model, w, w));
+  PetscCall(FemSolverSolveArray(model, w, w));
   for (PetscInt k = 0; k < n; k++) {
     if (far->far_mass[k / dim] == 0 || model->fixed[k] >= 0) continue;
     far->a1[k] += w[k];

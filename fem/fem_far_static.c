@@ -10,24 +10,6 @@
 
 #define FACE_MOST 6000 /* unknowns of a dense face */
 
-static PetscErrorCode Solve(FemModel model, const PetscReal *b, PetscReal *x)
-{
-  const PetscInt     n = model->n_own * model->dim;
-  PetscScalar       *rhs;
-  const PetscScalar *a;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayWrite(model->rhs, &rhs));
-  PetscCall(PetscArraycpy(rhs, b, n));
-  PetscCall(VecRestoreArrayWrite(model->rhs, &rhs));
-  PetscCall(VecSet(model->solution, 0));
-  PetscCall(FemSolverSolve(model));
-  PetscCall(VecGetArrayRead(model->solution, &a));
-  PetscCall(PetscArraycpy(x, a, n));
-  PetscCall(VecRestoreArrayRead(model->solution, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Is dof k solved for: the far field's alone and free? */
 static inline PetscBool Inside(const FemModel model, PetscInt k)
 {
@@ -45,7 +27,7 @@ static PetscErrorCode Equilibrium(FemModel model, const PetscReal *f, PetscReal 
     if (Inside(model, k)) u[k] = 0;
   PetscCall(FemApply(model, u, g));
   for (PetscInt k = 0; k < n; k++) far->a1[k] = Inside(model, k) ? (f ? f[k] : 0) - g[k] : 0;
-  PetscCall(Solve(model, far->a1, far->a1));
+  PetscCall(FemSolverSolveArray(model, far->a1, far->a1));
   for (PetscInt k = 0; k < n; k++)
     if (Inside(model, k)) u[k] = far->a1[k];
   PetscCall(FemApply(model, u, g));

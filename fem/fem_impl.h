@@ -477,6 +477,7 @@ PetscErrorCode FemSolverWants(FemModel model, FemSolver *solver); /* the rule's 
 PetscErrorCode FemRigidModes(FemModel model, Mat matrix, PetscInt n, const PetscInt *node); /* near null space of a matrix over these owned nodes [n]; NULL: all */
 PetscErrorCode FemPrefer(const char *name, const char *value); /* an option of ours, unless the user gave it */
 PetscErrorCode FemSolverSolve(FemModel model);
+PetscErrorCode FemSolverSolveArray(FemModel model, const PetscReal *b, PetscReal *x); /* one rank: x [n] = A^-1 b from a guess of zero; b zero along held dofs, may be x */
 PetscErrorCode FemSolverDestroy(FemModel model);
 /* fem_absorb.c */
 PetscErrorCode   FemSetUpAbsorbers(FemModel model);

@@ -246,6 +246,24 @@ PetscErrorCode FemSolverSolve(FemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode FemSolverSolveArray(FemModel model, const PetscReal *b, PetscReal *x)
+{
+  const PetscInt     n = model->n_own * model->dim;
+  PetscScalar       *rhs;
+  const PetscScalar *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(model->rhs, &rhs));
+  PetscCall(PetscArraycpy(rhs, b, n));
+  PetscCall(VecRestoreArrayWrite(model->rhs, &rhs));
+  PetscCall(VecSet(model->solution, 0)); /* the same bits whatever came before */
+  PetscCall(FemSolverSolve(model));
+  PetscCall(VecGetArrayRead(model->solution, &a));
+  PetscCall(PetscArraycpy(x, a, n));
+  PetscCall(VecRestoreArrayRead(model->solution, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FemSolverDestroy(FemModel model)
 {
   PetscFunctionBegin;

@@ -84,3 +84,17 @@ output:
   history: {every: 10 ms, quantities: [grains, energies]}
   fields: {every: 100 ms, names: [displacement, orientation, velocity]}
 """
+
+# 60 x 20 mm in two halves, which may be groups of one body
+HALVES = """\
+Point(1) = {0, 0, 0, 8}; Point(2) = {30, 0, 0, 8}; Point(3) = {60, 0, 0, 8};
+Point(4) = {60, 20, 0, 8}; Point(5) = {30, 20, 0, 8}; Point(6) = {0, 20, 0, 8};
+Line(1) = {1, 2}; Line(2) = {2, 3}; Line(3) = {3, 4}; Line(4) = {4, 5}; Line(5) = {5, 6}; Line(6) = {6, 1}; Line(7) = {2, 5};
+Curve Loop(1) = {1, 7, 5, 6}; Plane Surface(1) = {1};
+Curve Loop(2) = {2, 3, 4, -7}; Plane Surface(2) = {2};
+Physical Surface("bar") = {1, 2};
+Physical Surface("left") = {1};
+Physical Surface("right") = {2};
+Physical Curve("a") = {6};
+Physical Curve("b") = {3};
+"""

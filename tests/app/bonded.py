@@ -13,19 +13,10 @@ import tempfile
 import h5py
 import numpy
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from small import HALVES
+
 CLEAVE = sys.argv[1]
-GEO = """\
-Point(1) = {0, 0, 0, 8}; Point(2) = {30, 0, 0, 8}; Point(3) = {60, 0, 0, 8};
-Point(4) = {60, 20, 0, 8}; Point(5) = {30, 20, 0, 8}; Point(6) = {0, 20, 0, 8};
-Line(1) = {1, 2}; Line(2) = {2, 3}; Line(3) = {3, 4}; Line(4) = {4, 5}; Line(5) = {5, 6}; Line(6) = {6, 1}; Line(7) = {2, 5};
-Curve Loop(1) = {1, 7, 5, 6}; Plane Surface(1) = {1};
-Curve Loop(2) = {2, 3, 4, -7}; Plane Surface(2) = {2};
-Physical Surface("bar") = {1, 2};
-Physical Surface("left") = {1};
-Physical Surface("right") = {2};
-Physical Curve("a") = {6};
-Physical Curve("b") = {3};
-"""
 SCENE = """\
 title: a bar that tears
 dimension: 2
@@ -77,7 +68,7 @@ def frame(directory, k):
 
 def main(folder):
     with open(os.path.join(folder, "bar.geo"), "w") as file:
-        file.write(GEO)
+        file.write(HALVES)
     with open(os.path.join(folder, "bar.yaml"), "w") as file:
         file.write(SCENE)
     cleave("run", "bar.yaml", "--output", "whole", folder=folder)

@@ -94,3 +94,53 @@ PetscErrorCode CoupledDestroy(Coupled *c)
   PetscCall(MeshDestroy(&c->mesh));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode CoupledRunPulled(Coupled *c, PetscInt from, PetscInt to, PetscBool look, const char *load, const char *save, PetscInt room, PetscReal *u, PetscInt *n, Ledger *ledger)
+{
+  const PetscReal pull[3] = {1, 0, 0}, gravity[3] = {0, -1e-6, 0}, t[2] = {0, 3}, v[2] = {0, 1e-6};
+  Stepper         stepper;
+  Table           ramp, none;
+  FemState        fs;
+  DemState        ds;
+  Checkpoint      checkpoint;
+  PetscReal       dt;
+
+  PetscFunctionBegin;
+  PetscCall(TableCreate(2, t, v, &ramp));
+  PetscCall(TableCreateConstant(0, &none));
+  PetscCall(FemModelFix(c->fem, "xmin", 0, FEM_DISPLACEMENT, &none));
+  PetscCall(FemModelFix(c->fem, "ymin", 1, FEM_DISPLACEMENT, &none));
+  PetscCall(FemModelAddTraction(c->fem, "xmax", pull, &ramp));
+  PetscCall(FemModelSetGravity(c->fem, gravity));
+  PetscCall(DemModelSetGravity(c->dem, gravity));
+  PetscCall(CouplingModelSetUp(c->model));
+  PetscCall(CouplingModelGetStepper(c->model, &stepper));
+  PetscCall(stepper.stable_step(c->model, &dt));
+  dt *= 0.9;
+  if (load) {
+    PetscCall(CheckpointOpen(PETSC_COMM_SELF, load, &checkpoint));
+    PetscCall(stepper.load(c->model, checkpoint));
+    PetscCall(CheckpointAbandon(&checkpoint));
+  }
+  for (PetscInt k = from; k < to; k++) {
+    PetscCall(stepper.step(c->model, k * dt, dt));
+    if (look) PetscCall(stepper.energy(c->model, ledger));
+  }
+  if (save) {
+    PetscCall(CheckpointCreate(PETSC_COMM_SELF, save, &checkpoint));
+    PetscCall(stepper.save(c->model, checkpoint));
+    PetscCall(CheckpointClose(&checkpoint));
+  }
+  PetscCall(stepper.energy(c->model, ledger));
+  PetscCall(FemModelGetState(c->fem, &fs));
+  PetscCall(DemModelGetState(c->dem, &ds));
+  *n = fs.n_nodes * 2 + 3 * ds.n;
+  PetscCheck(*n <= room, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "%" PetscInt_FMT " displacements, room for %" PetscInt_FMT, *n, room);
+  PetscCall(PetscArraycpy(u, fs.u, fs.n_nodes * 2));
+  PetscCall(PetscArraycpy(u + fs.n_nodes * 2, ds.u, 3 * ds.n));
+  PetscCall(FemModelRestoreState(c->fem, &fs));
+  PetscCall(DemModelRestoreState(c->dem, &ds));
+  PetscCall(TableDestroy(&ramp));
+  PetscCall(TableDestroy(&none));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

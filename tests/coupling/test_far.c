@@ -210,55 +210,13 @@ CHECK_TEST(TestStaticBar)
 /* N steps, a checkpoint, N more: the bits of 2 N steps; and those of any number of threads, whether energies are asked for or not. */
 static PetscErrorCode Run(PetscInt from, PetscInt to, PetscInt threads, PetscBool look, const char *load, const char *save, PetscReal *u, PetscInt *n, Ledger *ledger)
 {
-  const PetscReal pull[3] = {1, 0, 0}, gravity[3] = {0, -1e-6, 0}, t[2] = {0, 3}, v[2] = {0, 1e-6};
-  Coupled         c;
-  Stepper         stepper;
-  Table           ramp, none;
-  FemState        fs;
-  DemState        ds;
-  Checkpoint      checkpoint;
-  PetscReal       dt;
+  Coupled c;
 
   PetscFunctionBegin;
   PetscCall(Strip(3, COUPLING_FAR_IMPLICIT, 20, 9, 11, 6, 0.2, &c));
-  PetscCall(TableCreate(2, t, v, &ramp));
-  PetscCall(TableCreateConstant(0, &none));
-  PetscCall(FemModelFix(c.fem, "xmin", 0, FEM_DISPLACEMENT, &none));
-  PetscCall(FemModelFix(c.fem, "ymin", 1, FEM_DISPLACEMENT, &none));
-  PetscCall(FemModelAddTraction(c.fem, "xmax", pull, &ramp));
-  PetscCall(FemModelSetGravity(c.fem, gravity));
-  PetscCall(DemModelSetGravity(c.dem, gravity));
   PetscCall(FemModelSetThreads(c.fem, threads));
   PetscCall(DemModelSetThreads(c.dem, threads));
-  PetscCall(CouplingModelSetUp(c.model));
-  PetscCall(CouplingModelGetStepper(c.model, &stepper));
-  PetscCall(stepper.stable_step(c.model, &dt));
-  dt *= 0.9;
-  if (load) {
-    PetscCall(CheckpointOpen(PETSC_COMM_SELF, load, &checkpoint));
-    PetscCall(stepper.load(c.model, checkpoint));
-    PetscCall(CheckpointAbandon(&checkpoint));
-  }
-  for (PetscInt k = from; k < to; k++) {
-    PetscCall(stepper.step(c.model, k * dt, dt));
-    if (look) PetscCall(stepper.energy(c.model, ledger));
-  }
-  if (save) {
-    PetscCall(CheckpointCreate(PETSC_COMM_SELF, save, &checkpoint));
-    PetscCall(stepper.save(c.model, checkpoint));
-    PetscCall(CheckpointClose(&checkpoint));
-  }
-  PetscCall(stepper.energy(c.model, ledger));
-  PetscCall(FemModelGetState(c.fem, &fs));
-  PetscCall(DemModelGetState(c.dem, &ds));
-  *n = fs.n_nodes * 2 + 3 * ds.n;
-  CheckBelow(*n, 2000);
-  PetscCall(PetscArraycpy(u, fs.u, fs.n_nodes * 2));
-  PetscCall(PetscArraycpy(u + fs.n_nodes * 2, ds.u, 3 * ds.n));
-  PetscCall(FemModelRestoreState(c.fem, &fs));
-  PetscCall(DemModelRestoreState(c.dem, &ds));
-  PetscCall(TableDestroy(&ramp));
-  PetscCall(TableDestroy(&none));
+  PetscCall(CoupledRunPulled(&c, from, to, look, load, save, 2000, u, n, ledger));
   PetscCall(CoupledDestroy(&c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
