@@ -11,7 +11,8 @@ static PetscReal Random(uint64_t *state)
   return (PetscReal)(z >> 11) / 9007199254740992.0;
 }
 
-PetscErrorCode CoupledCreate(PetscInt dim, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, const CouplingOptions *options, Coupled *c)
+/* columns: one random spacing along x, the same in every row of equal cells, so that with nu = 0 each row is the same chain. */
+static PetscErrorCode Create(PetscInt dim, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, PetscBool columns, const CouplingOptions *options, Coupled *c)
 {
   const PetscReal zero[3] = {0, 0, 0}, d = h / ratio;
   PetscInt        n[3] = {1, 1, 1}, m[3] = {1, 1, 1};
@@ -58,6 +59,9 @@ PetscErrorCode CoupledCreate(PetscInt dim, const PetscReal size[3], PetscReal h,
 
     for (PetscInt i = 0; i < dim; i++) c->packing.x[3 * k + i] = low[i] + (at[i] + 0.5 + 0.6 * (Random(&seed) - 0.5)) * (high[i] - low[i]) / m[i];
     c->packing.r[k] = 0.3 * d * (1 + 0.3 * (2 * Random(&seed) - 1));
+    if (!columns) continue;
+    for (PetscInt i = 0; i < dim; i++) c->packing.x[3 * k + i] = k >= m[0] && i == 0 ? c->packing.x[3 * at[0]] : low[i] + (at[i] + 0.5 + (i == 0 ? 0.6 * (Random(&seed) - 0.5) : 0)) * (high[i] - low[i]) / m[i];
+    c->packing.r[k] = 0.3 * d;
   }
   PetscCall(DemCellsCreate(&c->body, &c->packing, &c->cells));
 
@@ -78,6 +82,22 @@ PetscErrorCode CoupledCreate(PetscInt dim, const PetscReal size[3], PetscReal h,
   PetscCall(CouplingModelCreate(PETSC_COMM_SELF, &c->model));
   PetscCall(CouplingModelSetSplit(c->model, &c->split, options));
   PetscCall(CouplingModelSetSides(c->model, c->fem, c->dem, &c->packing, &c->cells, &c->material, dim == 3 ? FEM_SOLID : FEM_PLANE_STRAIN, 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CoupledCreate(PetscInt dim, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, const CouplingOptions *options, Coupled *c)
+{
+  PetscFunctionBegin;
+  PetscCall(Create(dim, size, h, from, to, ratio, width, nu, seed, PETSC_FALSE, options, c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CoupledCreateChain(PetscReal length, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, uint64_t seed, const CouplingOptions *options, Coupled *c)
+{
+  const PetscReal size[3] = {length, 1, 1};
+
+  PetscFunctionBegin;
+  PetscCall(Create(2, size, 1, from, to, ratio, width, 0, seed, PETSC_TRUE, options, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
