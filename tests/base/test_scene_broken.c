@@ -258,6 +258,39 @@ static PetscErrorCode TestUnchangedIsGood(void)
 }
 CHECK_TEST(TestUnchangedIsGood)
 
+/* A criterion of one's own: its numbers and the word go together, its strength is there and positive, no key is odd. */
+static PetscErrorCode TestGivenCriterion(void)
+{
+  static const struct {
+    const char *turn, *words;
+  } cases[] = {
+    {"when: given",                                                          "4:21: error: a given criterion needs its numbers"                       },
+    {"when: rankine, given: {mises: 1, strength: 1 Pa}",                     "4:36: error: these numbers belong to when: given"                       },
+    {"given: {mises: 1, strength: 1 Pa}",                                    "4:21: error: these numbers belong to when: given"                       },
+    {"when: given, given: {mises: 1}",                                       "4:34: error: given has no 'strength'"                                   },
+    {"when: given, given: {mises: 1, strength: 0 Pa}",                       "4:62: error: strength is 0 Pa, out of range"                            },
+    {"when: given, given: {mises: 1, strength: 5}",                          "strength: 5 has no unit"                                                },
+    {"when: given, given: {mises: 1 Pa, strength: 1 Pa}",                    "mises: 1 Pa is a pressure; mises wants a plain number"                  },
+    {"when: given, given: {shear: 1, strength: 1 Pa}",                       "unknown key 'shear' in coupling.switch.given"                           },
+    {"when: given, given: [1, 2]",                                           "given is a list"                                                        },
+    {"when: mises",                                                          "'mises'"                                                                },
+  };
+  static const char scene_text[] = "time: {end: 1 s}\nmaterials: {m: {density: 1 kg/m3, young: 1 Pa, poisson: 0, law: cohesive, tensile_strength: 1 Pa, fracture_energy: 1 J/m2}}\n"
+                                   "bodies: {b: {geometry: b.geo, method: coupled, material: m, dem: {group: g, packing: {radius: 1 m}}}}\ncoupling: {switch: {%s}}\n";
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < sizeof(cases) / sizeof(cases[0]); k++) {
+    char  text[1024];
+    Scene scene;
+
+    SceneTextWrite("b.geo", "\n", 1);
+    snprintf(text, sizeof(text), scene_text, cases[k].turn);
+    CheckFails(SceneTextRead(text, strlen(text), 0, NULL, &scene), PETSC_ERR_USER_INPUT, cases[k].words);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestGivenCriterion)
+
 /* Whole texts, one fault each and no other. */
 static PetscErrorCode TestWholeTexts(void)
 {
@@ -372,6 +405,6 @@ static PetscErrorCode TestWrongOverrides(void)
 }
 CHECK_TEST(TestWrongOverrides)
 
-static const struct CMUnitTest tests[] = {TEST(TestUnchangedIsGood), TEST(TestOneLineWrong), TEST(TestWholeTexts), TEST(TestNoFile), TEST(TestManyFaults), TEST(TestWrongOverrides)};
+static const struct CMUnitTest tests[] = {TEST(TestUnchangedIsGood), TEST(TestOneLineWrong), TEST(TestGivenCriterion), TEST(TestWholeTexts), TEST(TestNoFile), TEST(TestManyFaults), TEST(TestWrongOverrides)};
 
 SCENE_MAIN(tests)
