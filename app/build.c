@@ -406,7 +406,7 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
   const AppPart    *part     = &c->part[0];
   const FemMaterial elements = {part->density, part->young, part->poisson};
   CouplingOptions   options  = {.affine = PETSC_TRUE};
-  const char       *word, *far;
+  const char       *word, *far, *way;
   char              path[256];
 
   PetscFunctionBegin;
@@ -431,6 +431,10 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
     PetscCall(SceneGetString(c->scene, "coupling.condense", &far));
     options.condense = !strcmp(far, "always") ? FEM_CONDENSE_ALWAYS : !strcmp(far, "never") ? FEM_CONDENSE_NEVER : FEM_CONDENSE_AUTO;
   }
+  PetscCall(SceneGetString(c->scene, "coupling.method", &way));
+  options.method = !strcmp(way, "consistent") ? COUPLING_CONSISTENT : !strcmp(way, "penalty") ? COUPLING_PENALTY : COUPLING_ENERGY;
+  PetscCall(SceneGetReal(c->scene, "coupling.penalty", &options.penalty));
+  PetscCall(SceneGetBool(c->scene, "coupling.absorber", &options.absorber));
   options.preload = c->preload;
   options.smooth = strcmp(word, "smoothstep") ? PETSC_FALSE : PETSC_TRUE;
   c->made_couplings++;

@@ -575,6 +575,25 @@ static PetscErrorCode CheckElements(Scene scene, SceneNode node, const char *wha
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Ways of joining that are there for comparison, and an absorber, go with the plainest of steps. */
+static PetscErrorCode CheckMethod(Scene scene, SceneNode coupling)
+{
+  const SceneNode method = SceneNodeChild(coupling, "method"), absorber = SceneNodeChild(coupling, "absorber"), penalty = SceneNodeChild(coupling, "penalty"), far = SceneNodeChild(coupling, "far_field");
+  const SceneNode steps = SceneNodeChild(coupling, "substeps");
+  const PetscBool other = (PetscBool)(SceneNodeIs(method, "consistent") || SceneNodeIs(method, "penalty")), absorbs = SceneNodeIs(absorber, "true");
+
+  PetscFunctionBegin;
+  if (penalty && !SceneNodeIs(method, "penalty")) PetscCall(SceneFaultKey(scene, penalty, "this stiffness belongs to method: penalty; add it, or take it out"));
+  if (!other && !absorbs) PetscFunctionReturn(PETSC_SUCCESS);
+  if (other && absorbs) PetscCall(SceneFaultValue(scene, absorber, "the absorber belongs to the springs of method: energy, and method is %s; take one out", method->text));
+  if (other && SceneNodeChild(coupling, "switch")) PetscCall(SceneFaultValue(scene, method, "method: %s is there for comparison and does not go with coupling.switch; use method: energy", method->text));
+  if (far && !SceneNodeIs(far, "explicit"))
+    PetscCall(SceneFaultValue(scene, far, "far_field: %s does not go with %s: all steps explicitly then; use far_field: explicit", far->text, other ? "this method" : "absorber: true"));
+  if (steps && !SceneNodeIs(steps, "1") && !SceneNodeIs(steps, "auto"))
+    PetscCall(SceneFaultValue(scene, steps, "substeps: %s does not go with %s: both sides take one step then; use substeps: 1", steps->text, other ? "this method" : "absorber: true"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What turns must be able to break: without a strength there is nothing to be near to. */
 static PetscErrorCode CheckSwitch(Scene scene, SceneNode turn, SceneNode bodies)
 {
@@ -610,6 +629,7 @@ PetscErrorCode SceneRules(Scene scene)
       PetscCall(CheckBody(scene, body));
       coupled = (PetscBool)(coupled || SceneNodeIs(SceneNodeChild(body, "method"), "coupled"));
     }
+    if (coupled && coupling) PetscCall(CheckMethod(scene, coupling));
     if (coupled) PetscCall(CheckSwitch(scene, SceneNodeChild(coupling, "switch"), bodies));
     if (coupling && !coupled) PetscCall(SceneFaultKey(scene, coupling, "coupling joins elements and particles, and no body has method: coupled; take it out"));
   }

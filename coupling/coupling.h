@@ -32,6 +32,10 @@ PetscErrorCode CouplingSplitDestroy(CouplingSplit *split);
    overlap relax and the far field follows (6.40); the Stepper's step is then a load step of any size. */
 typedef enum { COUPLING_FAR_EXPLICIT, COUPLING_FAR_IMPLICIT, COUPLING_FAR_AUTO, COUPLING_FAR_STATIC } CouplingFar;
 
+/* What joins the sides in the overlap: the springs of one energy (6.3); for comparison the constraint held exactly, by a solve in each step (6.50), and springs of a
+   given stiffness (6.53). The other two: static overlap, all explicit, one step for both sides; consistent: no damping. */
+typedef enum { COUPLING_ENERGY, COUPLING_CONSISTENT, COUPLING_PENALTY } CouplingMethod;
+
 typedef struct {
   PetscReal floor;  /* least weight of either side, default 0.05 */
   PetscBool smooth; /* smoothstep instead of linear */
@@ -40,6 +44,9 @@ typedef struct {
   CouplingFar far;  /* default explicit */
   FemCondense condense;  /* of a static far field to the face */
   PetscReal tolerance;   /* of a load step: mean force out of balance / mean force, particles and elements */
+  CouplingMethod method;
+  PetscReal penalty;  /* of COUPLING_PENALTY: spring of a particle over (lambda + 2 mu) x its volume / its size squared */
+  PetscBool absorber; /* waves too short for the elements end in the overlap (6.54); with COUPLING_ENERGY, all explicit, one step for both sides */
   PetscBool preload; /* begin in static equilibrium with the loads and supports of t = 0; the elements need FemModelSetStartGiven() */
 } CouplingOptions;
 
@@ -65,6 +72,7 @@ typedef struct {
   PetscReal preload_left, preload_use;      /* of a preload: force left out of balance / loads; largest use of a bond's strength */
   PetscInt  preload_evaluations;            /* and how often forces were worked out for it */
   PetscReal explicit_limit;                 /* then: the particles' largest step with an explicit one [s] */
+  PetscReal absorbed, solves;               /* [J] by the absorber; solves for multipliers so far */
   PetscReal least_weight;                   /* smallest fitted share of an element's stiffness */
 } CouplingReport;
 

@@ -520,6 +520,7 @@ static PetscErrorCode KeepStart(const CouplingHalves *old, CouplingHalves *h)
   PetscCall(DemModelGetStepper(h->dem, &dem));
   PetscCall(dem.energy(h->dem, &after));
   h->model->reference    = old->model->reference;
+  h->model->absorbed     = old->model->absorbed;
   h->model->initial      = old->model->initial;
   h->model->initial_work = old->model->initial_work + after.energy[LEDGER_WORK] - before.energy[LEDGER_WORK];
   PetscFunctionReturn(PETSC_SUCCESS);

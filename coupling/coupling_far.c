@@ -45,7 +45,7 @@ static PetscErrorCode SetStatic(CouplingModel model, const PetscBool near[], Pet
   model->report.dense  = report.dense;
   model->report.factor = report.entries;
   model->report.face   = report.face;
-  model->limit         = 0.9 * 0.5 * PetscSqrtReal(3) * PetscMin(fem, dem);
+  model->limit         = 0.9 * CouplingStepShare(&model->options) * PetscMin(fem, dem);
   model->far           = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -79,9 +79,9 @@ PetscErrorCode CouplingChooseFar_Internal(CouplingModel model, PetscBool *implic
     PetscCall(FemModelGetCriticalStep(model->fem, &whole));
     PetscCall(DemModelGetCriticalStep(model->dem, &dem));
     PetscCall(FemModelSetFar(model->fem, near, 1, &fem));
-    model->limit           = 0.5 * PetscSqrtReal(3) * PetscMin(fem, dem);
+    model->limit           = CouplingStepShare(&model->options) * PetscMin(fem, dem);
     model->substeps        = asked > 0 ? asked : (PetscInt)PetscMax(1, PetscMin(MOST, PetscFloorReal(RESOLVE * fem / model->limit)));
-    model->report.explicit_limit = 0.5 * PetscSqrtReal(3) * PetscMin(whole, dem);
+    model->report.explicit_limit = CouplingStepShare(&model->options) * PetscMin(whole, dem);
     PetscCall(FemModelSetFar(model->fem, near, model->substeps, NULL));
     model->far = PETSC_TRUE;
   }

@@ -47,7 +47,6 @@ static void GetMismatch(CouplingModel model, const CouplingParticle *particle, c
 PetscErrorCode CouplingForces_Internal(CouplingModel model)
 {
   const PetscInt  dim = model->dim, ns = model->ns;
-  const PetscReal per_dt2 = 1 / (model->dt * model->dt);
   const Mesh     *mesh = CouplingMesh(model);
   FemState        fs;
   DemState        ds;
@@ -60,7 +59,7 @@ PetscErrorCode CouplingForces_Internal(CouplingModel model)
   PetscCall(PetscArrayzero(model->g, fs.n_nodes * dim));
   for (PetscInt k = 0; k < model->n_particles; k++) {
     const CouplingParticle *particle = &model->particle[k];
-    const PetscReal         P = particle->c * per_dt2;
+    const PetscReal         P = CouplingSpring(model, particle);
     PetscReal               f[3] = {0}, t[3] = {0}, s[COUPLING_VOIGT] = {0};
     Mismatch                m;
 
@@ -115,7 +114,6 @@ PetscErrorCode CouplingForces_Internal(CouplingModel model)
 PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, PetscReal *strain)
 {
   const PetscInt  dim = model->dim;
-  const PetscReal per_dt2 = model->dt > 0 ? 1 / (model->dt * model->dt) : 0;
   const Mesh     *mesh = CouplingMesh(model);
   FemState        fs;
   DemState        ds;
@@ -130,7 +128,7 @@ PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, P
 
     GetMismatch(model, particle, &fs, &ds, &m);
     for (PetscInt d = 0; d < 3; d++) {
-      *spring += 0.5 * particle->c * per_dt2 * m.q[d] * m.q[d];
+      *spring += 0.5 * CouplingSpring(model, particle) * m.q[d] * m.q[d];
       for (PetscInt j = 0; j < model->ns; j++) *spring += (m.q[d] * particle->F[d][j] + m.w[d] * particle->M[d][j]) * m.strain[j];
     }
   }

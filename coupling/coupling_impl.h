@@ -1,9 +1,12 @@
 /* coupling_impl.h - inside a CouplingModel. */
 #pragma once
+#include <petscksp.h>
 #include "coupling.h"
 #include "fem_element.h"
 
-#define COUPLING_VOIGT 6
+#define COUPLING_VOIGT  6
+#define COUPLING_SPRING 0.3 /* of (6.3), what an absorber leaves of the springs */
+#define COUPLING_DRAG   0.5 /* theta of (6.54) */
 
 /* A point of the rest state seen from an element. */
 typedef struct {
@@ -19,6 +22,7 @@ typedef struct {
   PetscInt      p;      /* in the particle model's order */
   CouplingPoint at;
   PetscReal     c;      /* m-bar c_i: P = c / dt^2 [kg] */
+  PetscReal     P;      /* of a penalty [N/m] */
   PetscReal     F[3][COUPLING_VOIGT], M[3][COUPLING_VOIGT]; /* net force [N], moment [N m] per unit strain (engineering Voigt) */
 } CouplingParticle;
 
@@ -57,6 +61,12 @@ struct _p_CouplingModel {
   PetscReal      through[2]; /* [N] largest mean force of elements and bonds in relaxations so far */
   PetscReal      relaxed;   /* [J] taken by the drag of relaxations on particles */
   PetscReal      limit;     /* largest step of the particles [s] */
+  PetscReal     *slip, absorbed; /* [n_particles][3] of an absorber: mismatch of velocities of the half step before [m/s]; what it took [J] */
+  PetscBool      holding, moving; /* multipliers are in charge, no springs; the first step is done */
+  PetscInt       n_held, *held; /* of multipliers: nodes under them, [nodes] their number there or -1 */
+  PetscReal     *q0, *present, *drive, solves; /* [n_particles][3] mismatch held [m]; [nodes][dim] and [n_particles] work; solves so far */
+  KSP            ksp;
+  Vec            right, solved;
   PetscReal      dt;        /* particles' step, which P belongs to; 0 = none yet */
   PetscReal      given;     /* particles' step of a run that goes on, whose Stepper's step is a multiple that substeps must divide; 0 = none */
   PetscReal      body_mass[4]; /* [kg], [kg m] mass and first moments of both sides together; 0 = not held to */
@@ -84,6 +94,14 @@ PetscErrorCode CouplingFit_Internal(CouplingModel model);
 PetscErrorCode CouplingForces_Internal(CouplingModel model);
 PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, PetscReal *strain);
 
+/* coupling_absorb.c */
+PetscErrorCode CouplingAbsorb_Internal(CouplingModel model, PetscReal dt, PetscBool booked);
+/* coupling_multiplier.c */
+PetscErrorCode CouplingMultiplierSetUp_Internal(CouplingModel model);
+PetscErrorCode CouplingMultiplierHold_Internal(CouplingModel model);
+PetscErrorCode CouplingMultiply_Internal(CouplingModel model, PetscReal h, PetscReal dt);
+PetscErrorCode CouplingMultiplierDestroy_Internal(CouplingModel model);
+
 /* coupling_stepper.c */
 /* Faults of both sides, the elements' first. */
 PetscErrorCode CouplingWatch_Internal(const Stepper *fem, const Stepper *dem, RunWatch look, char fault[BASE_LINE]);
@@ -110,6 +128,20 @@ static inline void CouplingNodeForce(PetscInt dim, const PetscReal g[3], const P
     f[1] += scale * (g[1] * s[1] + g[0] * s[3] + g[2] * s[4]);
     f[2] += scale * (g[2] * s[2] + g[1] * s[4] + g[0] * s[5]);
   }
+}
+
+/* Stiffness of a particle's spring [N/m].  Eqs (6.3), (6.53), (6.54) */
+static inline PetscReal CouplingSpring(CouplingModel model, const CouplingParticle *particle)
+{
+  if (model->options.method == COUPLING_PENALTY) return particle->P;
+  if (model->holding || model->dt <= 0) return 0;
+  return (model->options.absorber ? COUPLING_SPRING : 1) * particle->c / (model->dt * model->dt);
+}
+
+/* Largest stable step of the whole over the smaller critical step of its sides.  Eqs (6.9), (6.55) */
+static inline PetscReal CouplingStepShare(const CouplingOptions *options)
+{
+  return 0.5 * PetscSqrtReal(options->absorber ? 4 - COUPLING_SPRING - 2 * COUPLING_DRAG : 3);
 }
 
 static inline const Mesh *CouplingMesh(CouplingModel model)

@@ -330,6 +330,28 @@ PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What goes with the methods kept for comparison, and with an absorber. */
+static PetscErrorCode CheckMethod(CouplingModel model)
+{
+  const CouplingOptions *o = &model->options;
+  const char            *what = o->method == COUPLING_CONSISTENT ? "method: consistent" : o->method == COUPLING_PENALTY ? "method: penalty" : "absorber: true";
+
+  PetscFunctionBegin;
+  if (o->method == COUPLING_ENERGY && !o->absorber) PetscFunctionReturn(PETSC_SUCCESS);
+  BaseCheckInput(o->method == COUPLING_ENERGY || !o->absorber, model->comm, "%s and absorber: true do not go together: the absorber belongs to the springs of method: energy; take one out", what);
+  BaseCheckInput(o->method != COUPLING_PENALTY || (o->penalty > 0 && !PetscIsInfOrNanReal(o->penalty)), model->comm, "penalty %.4g: the springs' stiffness must be positive and finite; 0.1 is about a tenth of a bond's", (double)o->penalty);
+  BaseCheckInput(o->far == COUPLING_FAR_EXPLICIT, model->comm, "%s needs all elements to step explicitly with the particles; use far_field: explicit", what);
+  BaseCheckInput(o->substeps <= 1, model->comm, "%s needs one step for both sides, not %" PetscInt_FMT " sub-steps; use substeps: 1", what, o->substeps);
+  if (o->method == COUPLING_CONSISTENT) {
+    PetscReal alpha, local;
+
+    PetscCall(FemModelGetLocalDamping(model->fem, &local));
+    PetscCall(FemModelGetDamping(model->fem, &alpha));
+    BaseCheckInput(local == 0 && alpha == 0, model->comm, "method: consistent and damping (mass_damping %.4g, local_damping %.4g) do not go together: multipliers are found before damping acts; use method: energy, or no damping", (double)alpha, (double)local);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CouplingModelSetUp(CouplingModel model)
 {
   const PetscInt dim = model->dim;
@@ -341,6 +363,7 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
 
   PetscFunctionBegin;
   PetscCheck(model->fem && !model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetSides(), then CouplingModelSetUp() once");
+  PetscCall(CheckMethod(model));
   PetscCall(FemModelSetUp(model->fem));
   PetscCall(DemModelSetUp(model->dem));
   PetscCall(FemModelGetState(model->fem, &fs));
@@ -367,6 +390,11 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
 
     for (PetscInt a = 0; a < particle->at.n; a++) sum += particle->at.N[a] * rho[particle->at.node[a]];
     particle->c = ds.mass[particle->p] / sum;
+    if (model->options.method == COUPLING_PENALTY) {
+      const PetscReal share = 1 - CouplingWeight_Internal(model, &particle->at), volume = ds.mass[particle->p] / (share * model->density);
+
+      particle->P = model->options.penalty * (model->lambda + 2 * model->mu) * share * volume / PetscPowReal(volume / model->thickness, 2. / dim);
+    }
   }
   PetscCall(PetscFree(rho));
 
@@ -387,6 +415,8 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
   for (PetscInt i = 0; i < fs.n_nodes; i++) model->report.nodes += model->split->s[i] < 1;
   PetscCall(FemModelRestoreState(model->fem, &fs));
   PetscCall(DemModelRestoreState(model->dem, &ds));
+  if (model->options.absorber) PetscCall(PetscCalloc1(3 * model->n_particles, &model->slip));
+  if (model->options.method == COUPLING_CONSISTENT) PetscCall(CouplingMultiplierSetUp_Internal(model));
   PetscCall(CouplingChooseSubsteps_Internal(model));
   model->report.substeps = model->substeps;
   model->report.implicit = (PetscBool)(model->far && model->options.far != COUPLING_FAR_STATIC);
@@ -407,7 +437,9 @@ PetscErrorCode CouplingModelGetReport(CouplingModel model, CouplingReport *repor
 {
   PetscFunctionBegin;
   PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetUp() before asking for its report");
-  *report = model->report;
+  *report          = model->report;
+  report->absorbed = model->absorbed;
+  report->solves   = model->solves;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -425,6 +457,8 @@ PetscErrorCode CouplingModelDestroy(CouplingModel *pmodel)
   PetscCall(PetscFree2(model->edge, model->edge_pull));
   PetscCall(PetscFree2(model->K, model->X));
   PetscCall(PetscFree(model->g));
+  PetscCall(PetscFree(model->slip));
+  PetscCall(CouplingMultiplierDestroy_Internal(model));
   PetscCall(PetscFree2(model->history_name, model->history_unit));
   PetscCall(PetscFree(*pmodel));
   PetscFunctionReturn(PETSC_SUCCESS);

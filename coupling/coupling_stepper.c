@@ -28,13 +28,37 @@ PetscErrorCode CouplingGiveNodes_Internal(CouplingModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The rest of an instant's forces: multipliers, and all of the nodes' to the elements. */
+static PetscErrorCode Join(CouplingModel model, PetscReal dt)
+{
+  const PetscInt dim = model->dim;
+  FemState       fs;
+
+  PetscFunctionBegin;
+  if (model->options.method != COUPLING_CONSISTENT) {
+    PetscCall(CouplingGiveNodes_Internal(model));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(CouplingRimForces_Internal(model));
+  PetscCall(CouplingMultiply_Internal(model, model->moving ? dt : 0.5 * dt, dt));
+  PetscCall(FemModelGetState(model->fem, &fs));
+  PetscCall(PetscArraycpy(fs.f_ext, model->g, fs.n_nodes * dim));
+  PetscCall(FemModelRestoreState(model->fem, &fs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CouplingStart_Internal(CouplingModel model, PetscReal dt)
 {
   PetscFunctionBegin;
   model->dt = model->reference > 0 ? model->reference : dt; /* the springs belong to the step: P = c / dt^2 */
+  if (model->options.method == COUPLING_CONSISTENT) {
+    PetscCall(CouplingMultiplierHold_Internal(model));
+    model->holding = PETSC_TRUE;
+  }
   PetscCall(CouplingForces_Internal(model));
+  if (model->options.absorber) PetscCall(CouplingAbsorb_Internal(model, dt, PETSC_FALSE));
   PetscCall(DemModelComputeForces(model->dem));
-  PetscCall(CouplingGiveNodes_Internal(model));
+  PetscCall(Join(model, dt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -56,9 +80,11 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal macro)
     else if (m == 1) PetscCall(model->fem_stepper.step(model->fem, t, dt));
     else PetscCall(FemModelSubStep(model->fem, t + k * dt, dt, k));
     PetscCall(DemModelAdvance(model->dem, t + k * dt, dt));
+    model->moving = PETSC_TRUE;
     PetscCall(CouplingForces_Internal(model));
+    if (model->options.absorber) PetscCall(CouplingAbsorb_Internal(model, dt, PETSC_TRUE));
     PetscCall(DemModelEvaluate(model->dem, dt));
-    PetscCall(CouplingGiveNodes_Internal(model));
+    PetscCall(Join(model, dt));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -77,7 +103,7 @@ static PetscErrorCode Energy(void *ctx, Ledger *ledger)
   ledger->energy[LEDGER_COUPLING] += spring;
   ledger->energy[LEDGER_STRAIN] += strain;
   ledger->initial += model->initial;
-  ledger->energy[LEDGER_DAMPING] += model->relaxed;
+  ledger->energy[LEDGER_DAMPING] += model->relaxed + model->absorbed;
   ledger->energy[LEDGER_WORK] -= model->initial_work;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -119,6 +145,11 @@ static PetscErrorCode Save(void *ctx, Checkpoint checkpoint)
   PetscCall(model->dem_stepper.save(model->dem, checkpoint));
   PetscCall(CheckpointWriteReal(checkpoint, "coupling/step", 7, step));
   PetscCall(CheckpointWriteReal(checkpoint, "coupling/node_force", CouplingMesh(model)->n_nodes * model->dim, model->g));
+  if (model->options.absorber) {
+    PetscCall(CheckpointWriteReal(checkpoint, "coupling/slip", 3 * model->n_particles, model->slip));
+    PetscCall(CheckpointWriteReal(checkpoint, "coupling/absorbed", 1, &model->absorbed));
+  }
+  if (model->holding) PetscCall(CheckpointWriteReal(checkpoint, "coupling/held", 3 * model->n_particles, model->q0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -143,6 +174,15 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
   PetscCall(FemModelGetState(model->fem, &fs));
   PetscCall(PetscArraycpy(fs.f_ext, model->g, fs.n_nodes * model->dim));
   PetscCall(FemModelRestoreState(model->fem, &fs));
+  if (model->options.absorber) {
+    PetscCall(CheckpointReadReal(checkpoint, "coupling/slip", 3 * model->n_particles, model->slip));
+    PetscCall(CheckpointReadReal(checkpoint, "coupling/absorbed", 1, &model->absorbed));
+  }
+  model->moving = model->holding = PETSC_FALSE;
+  if (model->options.method == COUPLING_CONSISTENT && model->dt > 0) {
+    PetscCall(CheckpointReadReal(checkpoint, "coupling/held", 3 * model->n_particles, model->q0));
+    model->moving = model->holding = PETSC_TRUE;
+  }
   if (model->dt > 0) PetscCall(CouplingForces_Internal(model)); /* the particles' outside forces and the rim; g is overwritten next step */
   PetscCall(CheckpointReadReal(checkpoint, "coupling/node_force", CouplingMesh(model)->n_nodes * model->dim, model->g));
   PetscFunctionReturn(PETSC_SUCCESS);

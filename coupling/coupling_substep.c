@@ -245,8 +245,20 @@ static PetscErrorCode CheckEnergy(CouplingModel model)
   PetscCall(IsStable(model, 1, model->given > 0 ? model->given : model->limit, &stable));
   model->unstable = (PetscBool)!stable;
   if (model->given > 0) PetscFunctionReturn(PETSC_SUCCESS); /* of an event: whoever made the split may make another */
+  BaseCheckInput(stable || model->options.method != COUPLING_PENALTY, model->comm, "Springs of penalty %.4g are too soft for the overlap's energy to have a minimum: a trial from small random velocities gains energy. Give a larger penalty, about 0.1, or use method: energy", (double)model->options.penalty);
   BaseCheckInput(stable, model->comm,
                  "The overlap of elements and particles has no stable energy: a trial from small random velocities gains energy. Give the overlap's elements about 4 particles to a side, 3 at least: smaller particles, or larger elements there");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Springs of a given stiffness: 4/dt^2 = omega_0^2 + max P/c, since sum c |q|^2 is never above the kinetic norm.  Eq. (6.53) */
+static PetscErrorCode PenaltyLimit(CouplingModel model, PetscReal sides)
+{
+  PetscReal most = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < model->n_particles; k++) most = PetscMax(most, model->particle[k].P / model->particle[k].c);
+  model->limit = 2 / PetscSqrtReal(PetscSqr(2 / sides) + most);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -260,7 +272,8 @@ static PetscErrorCode Choose(CouplingModel model)
   PetscFunctionBegin;
   PetscCall(FemModelGetCriticalStep(model->fem, &fem));
   PetscCall(DemModelGetCriticalStep(model->dem, &dem));
-  model->limit    = 0.5 * PetscSqrtReal(3) * PetscMin(fem, dem);
+  model->limit    = CouplingStepShare(&model->options) * PetscMin(fem, dem);
+  if (model->options.method == COUPLING_PENALTY) PetscCall(PenaltyLimit(model, PetscMin(fem, dem)));
   model->substeps = 1;
   if (model->given > 0) {
     PetscCall(KeepStep(model));
@@ -270,7 +283,7 @@ static PetscErrorCode Choose(CouplingModel model)
   PetscCall(FemModelGetLocalDamping(model->fem, &local));
   BaseCheckInput(asked <= 1 || local == 0, model->comm, "substeps: %" PetscInt_FMT " and local_damping %.4g do not go together: elements stepping in impulses are never without net force, which this damping would take for motion; use mass_damping, or 1", asked, (double)local);
   BaseCheckInput(asked <= 1 || !model->options.preload, model->comm, "substeps: %" PetscInt_FMT " and a static start do not go together: elements stepping in impulses swing about the state of rest (1e-4 of the load in a bar); use 1, or far_field: implicit", asked);
-  if (asked == 1 || local > 0 || model->options.preload) PetscFunctionReturn(PETSC_SUCCESS);
+  if (asked == 1 || local > 0 || model->options.preload || model->options.method != COUPLING_ENERGY || model->options.absorber) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(model->n_top, &inner));
   PetscCall(InnerCells(model, inner, &outside));
   if (asked > 1) {

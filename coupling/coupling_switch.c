@@ -191,7 +191,7 @@ static PetscErrorCode WholeRegion(CouplingSwitch sw)
   PetscCall(DemModelSetRim(dem, COUPLING_RIM));
   PetscCall(DemModelSetUp(dem));
   PetscCall(DemModelGetCriticalStep(dem, &dt));
-  sw->limit = PetscMin(sw->limit, 0.5 * PetscSqrtReal(3) * dt * sw->substeps);
+  sw->limit = PetscMin(sw->limit, CouplingStepShare(&sw->coupling) * dt * sw->substeps);
   PetscCall(FemModelDestroy(&fem));
   PetscCall(DemModelDestroy(&dem));
   PetscCall(CouplingCarvedDestroy_Internal(&carved));
@@ -205,6 +205,7 @@ PetscErrorCode CouplingSwitchSetUp(CouplingSwitch sw, const CouplingOptions *opt
 
   PetscFunctionBegin;
   PetscCheck(sw->w.mesh && !sw->ready, sw->comm, PETSC_ERR_ORDER, "Call CouplingSwitchSetBody(), then CouplingSwitchSetUp() once");
+  BaseCheckInput(options->method == COUPLING_ENERGY, sw->comm, "Elements that turn into particles go with method: energy alone; the other methods are there for comparison of overlaps that stay");
   sw->coupling = *options;
   sw->make     = make;
   sw->ctx      = ctx;

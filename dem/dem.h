@@ -149,6 +149,8 @@ PetscErrorCode DemModelSetUp(DemModel model);
 PetscErrorCode DemModelGetCriticalStep(DemModel model, PetscReal *dt); /* power iteration, 1 % */
 PetscErrorCode DemModelGetStableStep(DemModel model, PetscReal *dt);   /* rigorous block bound, never above it.  Eq. (4.14) */
 PetscErrorCode DemModelComputeForces(DemModel model);                   /* of a state the caller has changed */
+/* force [3][n] [N] joins those of the present state, loads and failure done: multipliers, which follow from all the others. Until the next evaluation. */
+PetscErrorCode DemModelAddForces(DemModel model, const PetscReal force[]);
 PetscErrorCode DemModelGetStepper(DemModel model, Stepper *stepper);   /* borrowed from the model */
 PetscErrorCode DemModelGetState(DemModel model, DemState *state);
 PetscErrorCode DemModelRestoreState(DemModel model, DemState *state);

@@ -341,6 +341,14 @@ PetscErrorCode DemModelComputeForces(DemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode DemModelAddForces(DemModel model, const PetscReal force[])
+{
+  PetscFunctionBegin;
+  PetscCheck(model->ready && !model->ranks, model->comm, PETSC_ERR_ORDER, "Forces are added after DemModelSetUp(), on one rank");
+  for (PetscInt k = 0; k < model->dim * model->n; k++) model->f[k] += force[k];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemModelGetState(DemModel model, DemState *s)
 {
   PetscFunctionBegin;

@@ -71,6 +71,7 @@ PetscErrorCode FemModelSetStartGiven(FemModel model, PetscBool given);
 PetscErrorCode FemModelHoldStart(FemModel model);
 /* r [nodes][dim] = loads + outside - K u of the present displacement [N], zero where motion is prescribed; outside [nodes][dim] may be NULL. */
 PetscErrorCode FemModelGetResidual(FemModel model, const PetscReal *outside, PetscReal *r);
+PetscErrorCode FemModelGetForces(FemModel model, PetscReal *r); /* the same as it stands after a step, nothing computed anew, without what is from outside */
 PetscErrorCode FemModelStartHere(FemModel model);
 /* Elements that turn as far as they like, of small strain in axes that turn with each. Explicit, isotropic. Eqs (2.86)-(2.89) */
 PetscErrorCode FemModelSetRotation(FemModel model, FemRotation rotation);
@@ -82,6 +83,7 @@ PetscErrorCode FemModelAddPlane(FemModel model, const char *group, const PetscRe
 PetscErrorCode FemModelAddAbsorber(FemModel model, const char *group);
 PetscErrorCode FemModelSetLocalDamping(FemModel model, PetscReal alpha); /* non-viscous, in [0, 1), eq. (5.3); explicit only */
 PetscErrorCode FemModelGetLocalDamping(FemModel model, PetscReal *alpha);
+PetscErrorCode FemModelGetDamping(FemModel model, PetscReal *alpha); /* mass-proportional [1/s] */
 PetscErrorCode FemModelSetThreads(FemModel model, PetscInt threads);
 
 /* A history quantity over a group: "reaction", "displacement" (mean), "velocity" (mean), one column per component; "opening":

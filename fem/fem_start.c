@@ -47,6 +47,15 @@ PetscErrorCode FemModelGetResidual(FemModel model, const PetscReal *outside, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode FemModelGetForces(FemModel model, PetscReal *r)
+{
+  PetscFunctionBegin;
+  PetscCheck(model->ready && model->method == FEM_EXPLICIT && model->size == 1, model->comm, PETSC_ERR_ORDER, "Forces are at hand in explicit models on one rank, after set-up");
+  for (PetscInt k = 0; k < model->n_own * model->dim; k++) r[k] = model->f_app[k] - model->f_int[k];
+  FemKeepFree(model, r);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FemModelStartHere(FemModel model)
 {
   PetscReal energy = 0;

@@ -218,6 +218,13 @@ PetscErrorCode FemModelGetLocalDamping(FemModel model, PetscReal *alpha)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode FemModelGetDamping(FemModel model, PetscReal *alpha)
+{
+  PetscFunctionBegin;
+  *alpha = model->alpha;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode FemInnerDestroy(FemModel model)
 {
   FemInner *in = &model->inner;

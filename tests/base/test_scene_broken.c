@@ -291,6 +291,40 @@ static PetscErrorCode TestGivenCriterion(void)
 }
 CHECK_TEST(TestGivenCriterion)
 
+/* Ways of joining for comparison, and the absorber: what they do not go with. */
+static PetscErrorCode TestJoining(void)
+{
+  static const struct {
+    const char *coupling, *words;
+  } cases[] = {
+    {"method: glue",                                  "'glue'"                                                                },
+    {"penalty: 1",                                    "4:12: error: this stiffness belongs to method: penalty"                },
+    {"method: consistent, penalty: 1",                "4:32: error: this stiffness belongs to method: penalty"                },
+    {"method: penalty, penalty: 0",                   "4:38: error: penalty is 0, out of range"                               },
+    {"method: consistent, absorber: true",            "4:42: error: the absorber belongs to the springs of method: energy"    },
+    {"method: consistent, switch: {at: 0.7}",         "4:20: error: method: consistent is there for comparison"               },
+    {"method: penalty, far_field: implicit",          "4:40: error: far_field: implicit does not go with this method"         },
+    {"absorber: true, far_field: auto",               "4:39: error: far_field: auto does not go with absorber: true"          },
+    {"absorber: true, substeps: 2",                   "4:38: error: substeps: 2 does not go with absorber: true"              },
+    {"method: consistent, substeps: 5",               "4:42: error: substeps: 5 does not go with this method"                 },
+    {"absorber: perhaps",                             "absorber"                                                              },
+  };
+  static const char scene_text[] = "time: {end: 1 s}\nmaterials: {m: {density: 1 kg/m3, young: 1 Pa, poisson: 0, law: cohesive, tensile_strength: 1 Pa, fracture_energy: 1 J/m2}}\n"
+                                   "bodies: {b: {geometry: b.geo, method: coupled, material: m, dem: {group: g, packing: {radius: 1 m}}}}\ncoupling: {%s}\n";
+
+  PetscFunctionBeginUser;
+  SceneTextWrite("b.geo", "\n", 1);
+  for (size_t k = 0; k < sizeof(cases) / sizeof(cases[0]); k++) {
+    char  text[1024];
+    Scene scene;
+
+    snprintf(text, sizeof(text), scene_text, cases[k].coupling);
+    CheckFails(SceneTextRead(text, strlen(text), 0, NULL, &scene), PETSC_ERR_USER_INPUT, cases[k].words);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestJoining)
+
 /* Whole texts, one fault each and no other. */
 static PetscErrorCode TestWholeTexts(void)
 {
@@ -405,6 +439,6 @@ static PetscErrorCode TestWrongOverrides(void)
 }
 CHECK_TEST(TestWrongOverrides)
 
-static const struct CMUnitTest tests[] = {TEST(TestUnchangedIsGood), TEST(TestOneLineWrong), TEST(TestGivenCriterion), TEST(TestWholeTexts), TEST(TestNoFile), TEST(TestManyFaults), TEST(TestWrongOverrides)};
+static const struct CMUnitTest tests[] = {TEST(TestUnchangedIsGood), TEST(TestOneLineWrong), TEST(TestGivenCriterion), TEST(TestJoining), TEST(TestWholeTexts), TEST(TestNoFile), TEST(TestManyFaults), TEST(TestWrongOverrides)};
 
 SCENE_MAIN(tests)

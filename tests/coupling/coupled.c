@@ -1,5 +1,6 @@
 #include "coupled.h"
 #include "check.h"
+#include <petsctime.h>
 
 static PetscReal Random(uint64_t *state)
 {
@@ -162,5 +163,45 @@ PetscErrorCode CoupledRunPulled(Coupled *c, PetscInt from, PetscInt to, PetscBoo
   PetscCall(DemModelRestoreState(c->dem, &ds));
   PetscCall(TableDestroy(&ramp));
   PetscCall(TableDestroy(&none));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CoupledRest(const CouplingOptions *options, PetscInt steps, PetscReal *off, PetscReal *drift, PetscReal *step, PetscReal *seconds)
+{
+  const PetscReal size[3] = {10, 3, 3}, pull[3] = {1, 0, 0}, stress = 1e-9, nu = 0.2, strain = stress * (1 - nu * nu);
+  Coupled         c;
+  Stepper         stepper;
+  Table           load, none;
+  FemState        fs;
+  PetscReal      *before;
+  PetscLogDouble  begin, end;
+
+  PetscFunctionBegin;
+  PetscCall(CoupledCreate(2, size, 1, 4, 6, 4, 2, nu, 41, options, &c));
+  PetscCall(TableCreateConstant(stress, &load));
+  PetscCall(TableCreateConstant(0, &none));
+  PetscCall(FemModelFix(c.fem, "xmin", 0, FEM_DISPLACEMENT, &none));
+  PetscCall(FemModelAddTraction(c.fem, "xmax", pull, &load));
+  PetscCall(FemModelSetStartGiven(c.fem, PETSC_TRUE));
+  PetscCall(CouplingModelSetUp(c.model));
+  PetscCall(CouplingModelGetStepper(c.model, &stepper));
+  PetscCall(stepper.stable_step(c.model, step));
+  PetscCall(FemModelGetState(c.fem, &fs));
+  PetscCall(PetscMalloc1(2 * fs.n_nodes, &before));
+  PetscCall(PetscArraycpy(before, fs.u, 2 * fs.n_nodes));
+  *off = *drift = 0;
+  for (PetscInt i = 0; i < fs.n_nodes; i++) *off = PetscMax(*off, PetscAbsReal(fs.u[2 * i] - strain * fs.x[2 * i]) / strain);
+  PetscCall(FemModelRestoreState(c.fem, &fs));
+  PetscCall(PetscTime(&begin));
+  for (PetscInt k = 0; k < steps; k++) PetscCall(stepper.step(c.model, k * 0.9 * *step, 0.9 * *step));
+  PetscCall(PetscTime(&end));
+  if (seconds) *seconds = end - begin;
+  PetscCall(FemModelGetState(c.fem, &fs));
+  for (PetscInt i = 0; i < 2 * fs.n_nodes; i += 2) *drift = PetscMax(*drift, PetscAbsReal(fs.u[i] - before[i]) / (strain * size[0]));
+  PetscCall(FemModelRestoreState(c.fem, &fs));
+  PetscCall(PetscFree(before));
+  PetscCall(TableDestroy(&load));
+  PetscCall(TableDestroy(&none));
+  PetscCall(CoupledDestroy(&c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

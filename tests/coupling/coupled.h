@@ -22,3 +22,6 @@ PetscErrorCode CoupledDestroy(Coupled *c);
 /* Steps from .. to of a plane strip held at xmin and ymin, with weight, pulled ever more at xmax: loads and supports on inner and outer nodes. Sets the model
    up. load, save: checkpoints to begin from, to end with, or NULL; look: energies after every step. u [room]: displacements of nodes, then of particles, n of them. */
 PetscErrorCode CoupledRunPulled(Coupled *c, PetscInt from, PetscInt to, PetscBool look, const char *load, const char *save, PetscInt room, PetscReal *u, PetscInt *n, Ledger *ledger);
+/* A plane bar under traction, at rest from the start: largest |u - exact| / (strain x element) of nodes; what is off along the bar after so many undamped steps, over the
+   displacement of the end (across it the bar is free); critical step; wall clock of the steps [s], may be NULL. options: with preload. */
+PetscErrorCode CoupledRest(const CouplingOptions *options, PetscInt steps, PetscReal *off, PetscReal *drift, PetscReal *step, PetscReal *seconds);
