@@ -1,47 +1,85 @@
-"""Rock cut at three depths and three speeds: python3 bench/cutting_sweep.py BUILD OUT [DEPTHS in mm ... [-- SPEEDS in m/s ...]]
+"""Rock cut at several depths, speeds and sizes: python3 bench/cutting_sweep.py BUILD OUT [depths | speeds | sizes ...]
 
-The scene of examples/rock_cutting with the tip of the pick at each depth (the cut of block.geo stays the same uncut face), and at 5 mm at each speed, over the same way.
-Writes OUT/cutting_sweep.csv: mean and peak force, specific energy; runs that are there are not run again.
+The block of examples/rock_cutting, WAY of the pick from the first touch. depths: 2, 3.5 and 5 mm with elements and with particles alone, the same packings, three of
+them; speeds: 1, 2 and 4 m/s at 5 mm; sizes: block, pick and particles smaller by 1, 3, 10 and 30 (way too), the rock's fracture energies as they are: what a
+shallow cut costs with as many particles in its depth. Specific energy is over the volume the pick sweeps; beside it over the compressive strength of the
+Mohr-Coulomb material, 2c(sqrt(1 + mu^2) + mu). Writes OUT/cutting_sweep.csv and .md; runs that are there are not run again.
 """
-import csv, os, re, subprocess, sys
+import csv, json, math, os, re, subprocess, sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENES = os.path.join(HERE, "..", "examples", "rock_cutting")
 sys.path.insert(0, SCENES)
 from read_off import cut
 
-WAY = 1.5e-3  # of the pick [m]
+WAY = 10e-3  # of the pick, block of full size [m]
+GAP = 0.2e-3  # between pick and block [m]
+UCS = 2 * 8e6 * (math.hypot(1, 0.9) + 0.9)
+COLUMNS = "series", "body", "depth[mm]", "speed[m/s]", "seed", "particles", "mean[N/m]", "peak[N/m]", "specific energy[MPa]", "over UCS", "ledger_error", "stepping[s]"
+
+
+def cases(wanted):
+    if "depths" in wanted:
+        for depth in (2, 3.5, 5):
+            for seed in (1, 2, 3):
+                for body in ("scene", "particles"):
+                    yield "depths", body, depth, 2, seed, 1
+    if "speeds" in wanted:
+        for speed in (1, 2, 4):
+            yield "speeds", "scene", 5, speed, 1, 1
+    if "sizes" in wanted:
+        for size in (1, 3, 10, 30):
+            yield "sizes", "scene", 5, 2, 1, size
+
+
+def run(build, out, body, depth, speed, seed, size):
+    where = os.path.join(out, f"{body}_{depth:g}_{speed:g}_{seed}_{size}")
+    os.makedirs(where, exist_ok=True)
+    ramp = 0.2e-3 / size  # in which the pick gains its speed [s]
+    end = (WAY + GAP) / size / speed + 0.5 * ramp
+    with open(os.path.join(SCENES, "pick.geo")) as text:
+        pick = text.read().replace("D = 5;", f"D = {depth:g};")
+    with open(os.path.join(where, "pick.geo"), "w") as text:
+        text.write(pick)
+    with open(os.path.join(SCENES, body + ".yaml")) as text:
+        scene = text.read()
+    scene = re.sub(r"time: \{end: [^}]*\}", "time: {end: %.6g us}" % (1e6 * end), scene)
+    scene = re.sub(r"velocity: \{x:.*", "velocity: {x: {table: [[0 us, 0 m/s], [%.6g us, %g m/s]]}}" % (1e6 * ramp, speed), scene)
+    scene = re.sub(r"every: 10 us", "every: %.6g us" % (10 / size), scene)
+    scene = re.sub(r"every: 0.5 ms", "every: %.6g us" % (1e6 * end / 5), scene)
+    scene = scene.replace("geometry: block.geo", "geometry: " + os.path.join(SCENES, "block.geo")).replace("length_unit: 1 mm", "length_unit: %.9g um" % (1e3 / size)).replace("radius: 0.5 mm", "radius: %.9g um" % (500 / size))
+    scene = scene.replace("seed: 1", f"seed: {seed}")
+    if body == "scene" and size == 1:  # the packing that the particles alone have
+        packed = os.path.join(out, f"packing_{seed}")
+        if not os.path.exists(os.path.join(packed, "packing.csv")):
+            subprocess.run([os.path.join(build, "app", "cleave"), "pack", os.path.join(SCENES, "particles.yaml"), "--output", packed, "--set", f"bodies.block.dem.packing.seed={seed}"], check=True, stdout=subprocess.DEVNULL)
+        scene = re.sub(r"packing: \{[^}]*\}", "packing: {file: %s, trim: true}" % os.path.join(packed, "packing.csv"), scene)
+    with open(os.path.join(where, "scene.yaml"), "w") as text:
+        text.write(scene)
+    if not os.path.exists(os.path.join(where, "run", "summary.json")):
+        subprocess.run([os.path.join(build, "app", "cleave"), "run", "scene.yaml", "--output", "run", "--threads", "1", "--no-plots", "--quiet"], cwd=where, check=True, stdout=subprocess.DEVNULL)
+    with open(os.path.join(where, "run", "summary.json")) as text:
+        summary = json.load(text)
+    with open(os.path.join(where, "run", "history.csv")) as lines:
+        table = list(csv.reader(lines))
+    k = table[0].index("ledger_error[-]")
+    r = cut(os.path.join(where, "run"), 1, 1e-3 * depth / size)
+    return [summary["plan"]["particles"], r["mean"], r["peak"], 1e-6 * r["specific"], r["specific"] / UCS, max(abs(float(row[k])) for row in table[1:]), summary["seconds"]["stepping"]]
 
 
 def main():
-    build, out = sys.argv[1], os.path.abspath(sys.argv[2])
-    words = sys.argv[3:]
-    split = words.index("--") if "--" in words else len(words)
-    depths = [float(x) for x in words[:split]] or [3, 5, 7]
-    speeds = [float(x) for x in words[split + 1 :]] or [0.25, 0.5, 1]
+    build, out = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+    os.makedirs(out, exist_ok=True)
     rows = []
-    for depth, speed in [(d, 0.5) for d in depths] + [(5, v) for v in speeds if v != 0.5]:
-        where = os.path.join(out, f"depth{depth:g}_speed{speed:g}")
-        os.makedirs(where, exist_ok=True)
-        with open(os.path.join(SCENES, "pick.geo")) as text:
-            pick = re.sub(r"D = 5;", f"D = {depth:g};", text.read())
-        with open(os.path.join(where, "pick.geo"), "w") as text:
-            text.write(pick)
-        end = 0.5e-3 + WAY / speed
-        with open(os.path.join(SCENES, "scene.yaml")) as text:
-            scene = text.read()
-        scene = re.sub(r"time: \{end: [^}]*\}", "time: {end: %.6g ms}" % (1e3 * end), scene)
-        scene = re.sub(r"velocity: \{x:.*", "velocity: {x: {table: [[0 ms, 0 m/s], [1 ms, %g m/s], [%.6g ms, %g m/s]]}}" % (speed, 1e3 * end + 1, speed), scene)
-        scene = scene.replace("geometry: block.geo", "geometry: " + os.path.join(SCENES, "block.geo")).replace("work(pick)", "work(pick), displacement(pick)")
-        with open(os.path.join(where, "scene.yaml"), "w") as text:
-            text.write(scene)
-        if not os.path.exists(os.path.join(where, "run", "summary.json")):
-            subprocess.run([os.path.join(build, "app", "cleave"), "run", "scene.yaml", "--output", "run", "--threads", "1", "--no-plots"], cwd=where, check=True, stdout=subprocess.DEVNULL)
-        r = cut(os.path.join(where, "run"), 1, 1e-3 * depth)
-        rows.append([depth, speed, r["mean"], r["peak"], 1e-6 * r["specific"]])
-        print("depth %g mm, speed %g m/s: mean %.4g N/m, peak %.4g N/m, specific energy %.4g MPa" % tuple(rows[-1]), flush=True)
+    for series, body, depth, speed, seed, size in cases(sys.argv[3:] or ("depths", "speeds", "sizes")):
+        rows.append([series, {"scene": "elements too", "particles": "particles"}[body], depth / size, speed, seed, *run(build, out, body, depth, speed, seed, size)])
+        print("  ".join(f"{x:.4g}" if isinstance(x, float) else str(x) for x in rows[-1]), flush=True)
     with open(os.path.join(out, "cutting_sweep.csv"), "w", newline="") as text:
-        csv.writer(text).writerows([["depth[mm]", "speed[m/s]", "mean[N/m]", "peak[N/m]", "specific_energy[MPa]"], *rows])
+        csv.writer(text).writerows([COLUMNS, *rows])
+    with open(os.path.join(out, "cutting_sweep.md"), "w") as text:
+        text.write("| " + " | ".join(COLUMNS) + " |\n|" + " --- |" * len(COLUMNS) + "\n")
+        for row in rows:
+            text.write("| " + " | ".join(f"{x:.3g}" if isinstance(x, float) else str(x) for x in row) + " |\n")
 
 
 main()
