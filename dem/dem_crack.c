@@ -12,6 +12,7 @@
 /* A bond's geometry now, from the block's copy. */
 typedef struct {
   PetscReal a[3], b[3], gap[3], n[3]; /* arms, gap, unit normal p to q (turned with p) */
+  PetscReal rest[3];                  /* that normal at rest */
   PetscReal d, h;                     /* distance, and of p from the facet, at rest */
 } Bond;
 
@@ -40,10 +41,11 @@ static void BondState(DemModel model, PetscInt k, const PetscReal *at_p, const P
   RecordTurn(model->dim, at_q, rb, tb);
   RecordTurn(model->dim, at_p, y, tn);
   for (PetscInt c = 0; c < 3; c++) {
-    bond->a[c]   = ra[c] + ta[c];
-    bond->b[c]   = rb[c] + tb[c];
-    bond->n[c]   = y[c] + tn[c];
-    bond->gap[c] = c < model->dim ? at_q[DEM_AT_U + c] - at_p[DEM_AT_U + c] + tb[c] - ta[c] : 0;
+    bond->a[c]    = ra[c] + ta[c];
+    bond->b[c]    = rb[c] + tb[c];
+    bond->rest[c] = y[c];
+    bond->n[c]    = y[c] + tn[c];
+    bond->gap[c]  = c < model->dim ? at_q[DEM_AT_U + c] - at_p[DEM_AT_U + c] + tb[c] - ta[c] : 0;
   }
 }
 
@@ -203,6 +205,7 @@ static void Damage(DemModel model, PetscInt k, const PetscReal *at, const Bond *
   crack->state[k] |= mode;
   crack->work[k] += mean * (D - old);
   crack->damage[k] = D;
+  if (D == 1) crack->release[k] = 0;
 }
 
 /* Width of bond k's facet. */
@@ -213,15 +216,34 @@ static PetscReal FacetWidth(DemModel model, PetscInt k, PetscReal d)
   return model->dim == 3 ? PetscSqrtReal(area) : area / model->body.thickness;
 }
 
-/* Contact of the closed broken fraction: spring against the gap, Coulomb on its slip.  Returns its force; eq. (4.26) */
-static PetscBool ClosedForce(DemModel model, PetscInt k, const PetscReal *at, const Bond *bond, PetscBool advance, PetscReal force[3], PetscReal *energy)
+/* Part of a facet that faces the other side no more: slid past its rim, or turned away.  Eq. (4.82) */
+static PetscReal PastRim(DemModel model, PetscInt k, const PetscReal *at_q, const Bond *bond, const PetscReal tangent[3])
+{
+  const PetscReal slid = PetscSqrtReal(Dot3(tangent, tangent)) / FacetWidth(model, k, bond->d);
+  PetscReal       other[3];
+
+  RecordTurn(model->dim, at_q, bond->rest, other);
+  for (PetscInt c = 0; c < 3; c++) other[c] += bond->rest[c];
+  return 1 - PetscMax(0, 1 - slid) * PetscMin(1, PetscMax(0, Dot3(bond->n, other)));
+}
+
+/* Contact of the closed broken fraction: spring against the gap, Coulomb on its slip.  Returns its force; eqs (4.26), (4.82) */
+static PetscBool ClosedForce(DemModel model, PetscInt k, const PetscReal *at, const PetscReal *at_q, const Bond *bond, PetscBool advance, PetscReal force[3], PetscReal *energy)
 {
   DemCrackState  *crack = &model->crack;
-  const PetscReal stiff = 2 * model->g_shear * model->bonds.k[k] * crack->damage[k];
-  PetscReal       tangent[3], slip[3], el[3], length = 0, most;
+  const PetscBool whole = (PetscBool)(crack->damage[k] == 1);
+  const PetscReal full = 2 * model->g_shear * model->bonds.k[k] * crack->damage[k];
+  PetscReal       tangent[3], slip[3], el[3], length = 0, most, stiff = full, lost = 0;
   const PetscReal normal = Closed(bond, tangent);
 
   if (crack->state[k] & (DEM_BOND_PARTED | DEM_BOND_SLID)) return PETSC_FALSE; /* an ordinary contact now, or soon */
+  if (whole) { /* as much of it as still faces the other */
+    const PetscReal was = crack->release[k];
+
+    if (advance) crack->release[k] = PetscMax(was, PastRim(model, k, at_q, bond, tangent));
+    lost  = crack->release[k] - was;
+    stiff = full * (1 - crack->release[k]);
+  }
   if (normal >= 0) {
     if (advance) ToParticle(model, at, tangent, crack->slip + 3 * k);
     return PETSC_FALSE;
@@ -241,10 +263,12 @@ static PetscBool ClosedForce(DemModel model, PetscInt k, const PetscReal *at, co
     crack->rub[k] += stiff * most * (length - most);
     ToParticle(model, at, slip, crack->slip + 3 * k);
   }
-  if (crack->damage[k] == 1 && advance && Dot3(tangent, tangent) > PetscSqr(FacetWidth(model, k, bond->d))) { /* nothing faces it any more: the rest of the spring is lost */
-    crack->state[k] |= DEM_BOND_SLID;
-    crack->rub[k] += 0.5 * stiff * (normal * normal + Dot3(el, el));
-    return PETSC_FALSE;
+  if (whole && advance) {
+    crack->rub[k] += 0.5 * full * lost * (normal * normal + Dot3(el, el)); /* what the part held that is past the other's rim */
+    if (crack->release[k] == 1) {
+      crack->state[k] |= DEM_BOND_SLID;
+      return PETSC_FALSE;
+    }
   }
   for (PetscInt c = 0; c < 3; c++) force[c] = stiff * (normal * bond->n[c] + el[c]);
   if (energy) *energy = 0.5 * stiff * (normal * normal + Dot3(el, el));
@@ -308,7 +332,7 @@ void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, Pe
       DemAddMoment(bond.a, sp, 1, fp);
       DemAddMoment(bond.b, sq, -1, fq);
     }
-    if (crack->damage[k] > 0 && ClosedForce(model, k, at_p, &bond, advance, t, NULL)) {
+    if (crack->damage[k] > 0 && ClosedForce(model, k, at_p, at_q, &bond, advance, t, NULL)) {
       PetscReal ap[3]; /* normal and slip turn with p: its arm goes across the gap, so that the spring is conservative and the couple on the pair exact */
 
       for (PetscInt c = 0; c < 3; c++) {
@@ -335,7 +359,7 @@ PetscReal DemCracksEnergy_Internal(DemModel model, PetscInt block, PetscReal *co
 
     if (model->crack.damage[k] <= 0) continue;
     BondState(model, k, at_p, at_q, &bond);
-    if (ClosedForce(model, k, at_p, &bond, PETSC_FALSE, force, &closed)) sum += closed;
+    if (ClosedForce(model, k, at_p, at_q, &bond, PETSC_FALSE, force, &closed)) sum += closed;
   }
   return sum;
 }

@@ -99,7 +99,7 @@ typedef struct {
   PetscReal     *e;      /* [n][3] opening direction, turns with particle p; frozen once D > 0 */
   PetscReal     *slip;   /* [n][3] slip of the closed, broken part; turns with p */
   PetscReal     *work;   /* [n] dissipated [J] */
-  PetscReal     *release; /* [n] energy release Y = -dE/dD a step ago [J] */
+  PetscReal     *release; /* [n] energy release Y = -dE/dD a step ago [J]; of a facet broken whole, the part that faces the other side no more */
   PetscReal     *rub;    /* [n] friction [J] */
   PetscReal     *time;   /* [n] of first damage [s] */
   unsigned char *state;  /* [n] bit 0 watched, 1 tension broke it, 2 shear broke it, 3 much traction, 4 its particles have parted, 6 never bonded, 7 may not break */
