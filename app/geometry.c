@@ -653,15 +653,16 @@ static PetscErrorCode ReadCoupledBody(AppCase *c)
   char        path[256];
   PetscReal   width;
   const Mesh *region = NULL;
-  PetscBool   turns;
+  PetscBool   turns, incomplete;
   PetscInt    order;
 
   PetscFunctionBegin;
   BaseCheckInput(c->size == 1, c->comm, "A coupled body runs on one rank for now, not %d; give it threads instead: cleave run SCENE --threads N", c->size);
   Path(path, "bodies.%s.mesh.order", body);
   PetscCall(SceneGetInt(c->scene, path, &order));
-  if (order > 1) PetscCall(SceneFail(c->scene, path, "a coupled body takes linear elements for now; use order: 1"));
-  PetscCall(ReadFileMesh(c, body, 1, PETSC_FALSE));
+  Path(path, "bodies.%s.mesh.incomplete", body);
+  PetscCall(SceneGetBool(c->scene, path, &incomplete));
+  PetscCall(ReadFileMesh(c, body, PetscMax(order, 1), incomplete)); /* auto: linear, that needs half as many particles to a side */
   PetscCall(ShareMeshGroups(c));
   PetscCall(CheckPartGroup(c, &c->part[0], c->n_groups, c->group));
   PetscCall(RestrictMesh(c));

@@ -17,7 +17,7 @@ static PetscErrorCode Run(void)
   } ways[] = {{"energy", {.floor = 0.05, .affine = PETSC_TRUE, .substeps = 1}},
               {"energy, absorber", {.floor = 0.05, .affine = PETSC_TRUE, .substeps = 1, .absorber = PETSC_TRUE}},
               {"consistent", {.floor = 0.05, .affine = PETSC_TRUE, .substeps = 1, .method = COUPLING_CONSISTENT}},
-              {"penalty 0.03", {.floor = 0.05, .affine = PETSC_TRUE, .substeps = 1, .method = COUPLING_PENALTY, .penalty = 0.03}},
+              {"penalty 0.3", {.floor = 0.05, .affine = PETSC_TRUE, .substeps = 1, .method = COUPLING_PENALTY, .penalty = 0.3}},
               {"penalty 0.1", {.floor = 0.05, .affine = PETSC_TRUE, .substeps = 1, .method = COUPLING_PENALTY, .penalty = 0.1}},
               {"penalty 1", {.floor = 0.05, .affine = PETSC_TRUE, .substeps = 1, .method = COUPLING_PENALTY, .penalty = 1}}};
   static const PetscReal lambda[] = {2.5, 4, 5, 6, 8, 10, 20};

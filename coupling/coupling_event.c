@@ -41,12 +41,13 @@ static PetscErrorCode MeanGradients(CouplingSwitch sw, CouplingHalves *h)
   const PetscInt dim = mesh->dim;
 
   PetscFunctionBegin;
-  PetscCall(PetscMalloc2(sw->whole->n_cells, &h->top_of, h->split.n_cells * COUPLING_DOFS, &h->gradient));
+  for (PetscInt top = 0; top < h->split.n_cells; top++) h->dofs = PetscMax(h->dofs, dim * (mesh->start[h->model->top[top] + 1] - mesh->start[h->model->top[top]]));
+  PetscCall(PetscMalloc2(sw->whole->n_cells, &h->top_of, h->split.n_cells * h->dofs, &h->gradient));
   for (PetscInt c = 0; c < sw->whole->n_cells; c++) h->top_of[c] = -1;
   for (PetscInt top = 0; top < h->split.n_cells; top++) {
     const PetscInt  c = h->model->top[top], first = mesh->start[c], n = mesh->start[c + 1] - first;
     const FemShape *shape = FemShapeGet(mesh->type[c]);
-    PetscReal       x[FEM_MAX_DOFS], dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], volume = 0, *mean = h->gradient + top * COUPLING_DOFS;
+    PetscReal       x[FEM_MAX_DOFS], dN[FEM_MAX_POINTS * FEM_MAX_DOFS], w[FEM_MAX_POINTS], volume = 0, *mean = h->gradient + top * h->dofs;
 
     h->top_of[h->split.cell[top]] = top;
     for (PetscInt a = 0; a < n; a++)
@@ -99,7 +100,7 @@ static void CellStress(const CouplingSwitch sw, const CouplingHalves *h, const P
 {
   const Mesh      *mesh = &h->split.fem;
   const PetscInt   dim = mesh->dim, c = h->model->top[top], first = mesh->start[c], n = mesh->start[c + 1] - first;
-  const PetscReal *g = h->gradient + top * COUPLING_DOFS;
+  const PetscReal *g = h->gradient + top * h->dofs;
   PetscReal        G[3][3] = {{0}}, trace = 0;
 
   for (PetscInt a = 0; a < n; a++)
@@ -336,7 +337,7 @@ static PetscErrorCode WakeParticles(CouplingSwitch sw, const CouplingHalves *old
       for (PetscInt d = 0; d < 3; d++) at[a][d] = mesh->x[3 * mesh->node[first + a] + d];
     PetscCall(CouplingShapes_Internal(mesh->type[c], &at[0][0], dim, x, N, dN, &outside));
     for (PetscInt a = 0; a < n; a++) share += N[a] * s[old->split.node[mesh->node[first + a]]];
-    share = PetscMax(0, PetscMin(1, share));
+    share = MeshCellLinear(mesh->type[c]) == mesh->type[c] ? PetscMax(0, PetscMin(1, share)) : 1; /* quadratic elements have a curvature of their own */
     FieldAt(dim, n, mesh->node + first, mesh, N, x, fs.u, G, 1 - share, value, gradient);
     for (PetscInt d = 0; d < dim; d++) ds.u[d * ds.n + k] = value[d];
     HalfCurl(dim, gradient, w);
@@ -639,7 +640,7 @@ PetscErrorCode CouplingTurn_Internal(CouplingSwitch sw, const PetscBool marked[]
     PetscCall(CouplingBuild_Internal(sw, &h));
   }
   PetscCall(PetscFree(turned));
-  BaseCheckInput(!h->model->unstable, sw->comm, "After elements turned at %.6g s the overlap has no stable energy, nor with some more of them: give its elements about 4 particles to a side, 3 at least: smaller particles, or larger elements there", (double)t);
+  BaseCheckInput(!h->model->unstable, sw->comm, "After elements turned at %.6g s the overlap has no stable energy, nor with some more of them: give its elements about 4 particles to a side, 3 at least (between nodes, so quadratic ones twice as many): smaller particles, or larger elements there", (double)t);
   PetscCall(HandOver(sw, old, h, &event.particles));
   PetscCall(PetscMemzero(&ledger, sizeof(ledger)));
   PetscCall(h->stepper.energy(h->model, &ledger));

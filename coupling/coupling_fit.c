@@ -87,7 +87,7 @@ static void Elastic(CouplingModel model, PetscReal C[COUPLING_VOIGT][COUPLING_VO
 }
 
 typedef struct {
-  PetscInt node[4], n, cell, side;
+  PetscInt node[FEM_MAX_FACE_NODES], n, cell, side;
 } Side;
 
 static int CompareSides(const void *a, const void *b)
@@ -135,7 +135,7 @@ static PetscErrorCode Admissible(CouplingModel model, Fit *fit)
       side[n].n    = shape->face_nodes[f];
       side[n].cell = t;
       side[n].side = f;
-      for (PetscInt k = 0; k < 4; k++) side[n].node[k] = k < side[n].n ? mesh->node[mesh->start[c] + shape->face[f][k]] : PETSC_MAX_INT;
+      for (PetscInt k = 0; k < FEM_MAX_FACE_NODES; k++) side[n].node[k] = k < side[n].n ? mesh->node[mesh->start[c] + shape->face[f][k]] : PETSC_MAX_INT;
       PetscCall(PetscSortInt(side[n].n, side[n].node));
     }
   }
@@ -143,7 +143,7 @@ static PetscErrorCode Admissible(CouplingModel model, Fit *fit)
   for (PetscInt k = 0; k < n; k++) {
     const PetscInt  c = model->top[side[k].cell];
     const FemShape *shape = FemShapeGet(mesh->type[c]);
-    PetscReal       x[12], N_dA[4], N_n_dA[12], normal[3] = {0}, highest = 0;
+    PetscReal       x[3 * FEM_MAX_FACE_NODES], N_dA[FEM_MAX_FACE_NODES], N_n_dA[3 * FEM_MAX_FACE_NODES], normal[3] = {0}, highest = 0;
 
     if ((k > 0 && !CompareSides(&side[k], &side[k - 1])) || (k + 1 < n && !CompareSides(&side[k], &side[k + 1]))) continue;
     for (PetscInt a = 0; a < side[k].n; a++) {
@@ -239,6 +239,23 @@ static PetscReal LeastShare(PetscInt ns, PetscReal C[COUPLING_VOIGT][COUPLING_VO
   return low;
 }
 
+/* Share at integration point g beyond the element's mean. A quadratic element feels it: it can strain more where it has less. */
+static PetscReal Beyond(CouplingModel model, PetscInt top, PetscInt g)
+{
+  const Mesh     *mesh = CouplingMesh(model);
+  const PetscInt  c = model->top[top], first = mesh->start[c], n = mesh->start[c + 1] - first;
+  const FemShape *shape = FemShapeGet(mesh->type[c]);
+  CouplingPoint   at;
+
+  if (shape->linear == shape->type) return 0;
+  at.n = n;
+  for (PetscInt a = 0; a < n; a++) {
+    at.node[a] = mesh->node[first + a];
+    at.N[a]    = shape->N[g][a];
+  }
+  return CouplingWeight_Internal(model, &at) - model->alpha[top];
+}
+
 PetscErrorCode CouplingFit_Internal(CouplingModel model)
 {
   const Mesh    *mesh = CouplingMesh(model);
@@ -250,7 +267,8 @@ PetscErrorCode CouplingFit_Internal(CouplingModel model)
 
   PetscFunctionBegin;
   Elastic(model, C);
-  PetscCall(PetscCalloc2(model->n_overlap * 24 * 24, &model->K, model->n_overlap * FEM_MAX_POINTS * 36, &model->X));
+  for (PetscInt e = 0; e < model->n_overlap; e++) model->width = PetscMax(model->width, dim * (mesh->start[model->top[model->overlap[e]] + 1] - mesh->start[model->top[model->overlap[e]]]));
+  PetscCall(PetscCalloc2(model->n_overlap * model->width * model->width, &model->K, model->n_overlap * FEM_MAX_POINTS * 36, &model->X));
   model->report.least_weight = 1;
   PetscCall(PetscMalloc2(mesh->n_nodes, &fit.at, model->n_top, &mine));
   for (PetscInt i = 0; i < mesh->n_nodes; i++) fit.at[i] = -1;
@@ -330,7 +348,7 @@ PetscErrorCode CouplingFit_Internal(CouplingModel model)
 
           if (node < 0) continue;
           for (PetscInt d = 0; d < dim; d++) grad[d] = dN[(g * n + a) * dim + d];
-          CouplingNodeForce(dim, grad, stress, -w[g] * model->alpha[t], r + (s * fit.n_nodes + node) * dim);
+          CouplingNodeForce(dim, grad, stress, -w[g] * (model->alpha[t] + (mine[t] ? Beyond(model, t, g) : 0)), r + (s * fit.n_nodes + node) * dim);
         }
       }
       if (!mine[t]) continue;
@@ -375,12 +393,12 @@ PetscErrorCode CouplingFit_Internal(CouplingModel model)
   point = 0;
   for (PetscInt e = 0; e < model->n_overlap; e++) {
     const PetscInt c = model->top[model->overlap[e]], n = mesh->start[c + 1] - mesh->start[c], points = FemShapeGet(mesh->type[c])->points;
-    PetscReal     *K = model->K + e * 24 * 24;
+    PetscReal     *K = model->K + (size_t)e * model->width * model->width;
 
     for (PetscInt g = 0; g < points; g++, point++) {
       PetscReal *D = model->X + (e * FEM_MAX_POINTS + g) * 36, whole[36];
 
-      for (PetscInt i = 0; i < ns * ns; i++) D[i] = fit.scale * X[point * ns * ns + i];
+      for (PetscInt i = 0; i < ns * ns; i++) D[i] = fit.scale * X[point * ns * ns + i] + Beyond(model, model->overlap[e], g) * C[i / ns][i % ns];
       for (PetscInt i = 0; i < ns; i++)
         for (PetscInt j = 0; j < ns; j++) whole[i * ns + j] = D[i * ns + j] + model->alpha[model->overlap[e]] * C[i][j];
       model->report.least_weight = PetscMin(model->report.least_weight, LeastShare(ns, C, whole));

@@ -87,7 +87,7 @@ PetscErrorCode CouplingForces_Internal(CouplingModel model)
   }
   for (PetscInt e = 0; e < model->n_overlap; e++) {
     const PetscInt   c = model->top[model->overlap[e]], first = mesh->start[c], n = mesh->start[c + 1] - first, m = n * dim;
-    const PetscReal *K = model->K + e * 24 * 24;
+    const PetscReal *K = model->K + (size_t)e * model->width * model->width;
     PetscReal        u[FEM_MAX_DOFS];
 
     for (PetscInt a = 0; a < n; a++)
@@ -134,7 +134,7 @@ PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, P
   }
   for (PetscInt e = 0; e < model->n_overlap; e++) {
     const PetscInt   c = model->top[model->overlap[e]], first = mesh->start[c], m = (mesh->start[c + 1] - first) * dim;
-    const PetscReal *K = model->K + e * 24 * 24;
+    const PetscReal *K = model->K + (size_t)e * model->width * model->width;
 
     for (PetscInt i = 0; i < m; i++)
       for (PetscInt j = 0; j < m; j++) *strain += 0.5 * fs.u[mesh->node[first + i / dim] * dim + i % dim] * K[i * m + j] * fs.u[mesh->node[first + j / dim] * dim + j % dim];

@@ -50,7 +50,9 @@ struct _p_CouplingModel {
 
   PetscInt   n_overlap;     /* elements of the overlap */
   PetscInt  *overlap;       /* [n_overlap] top cells */
-  PetscReal *K;             /* [n_overlap][24*24] fitted stiffness beyond alpha C [N/m] */
+  PetscReal *K;             /* [n_overlap][width*width] fitted stiffness beyond alpha C [N/m] */
+  PetscBool  quadratic;     /* some cells of the overlap are */
+  PetscInt   width;         /* most dofs of an overlap element */
   PetscReal *X;             /* [n_overlap][FEM_MAX_POINTS][36] its constitutive matrices [Pa] */
   PetscReal *g;             /* [nodes*dim] forces on the nodes [N] */
 

@@ -56,12 +56,13 @@ static void Invert(PetscInt dim, PetscReal J[3][3], PetscReal inverse[3][3])
     for (int j = 0; j < 3; j++) inverse[i][j] /= det;
 }
 
-/* x [nodes][3]; outside: how far beyond the reference element the point lies, 0 inside. */
-PetscErrorCode CouplingShapes_Internal(MeshCellType type, const PetscReal *x, PetscInt dim, const PetscReal point[3], PetscReal N[FEM_MAX_NODES], PetscReal dN[FEM_MAX_NODES][3], PetscReal *outside)
+/* x [nodes][3], straight sides: the place is that of the corners; outside: how far beyond the reference element the point lies, 0 inside. */
+PetscErrorCode CouplingShapes_Internal(MeshCellType whole, const PetscReal *x, PetscInt dim, const PetscReal point[3], PetscReal N[FEM_MAX_NODES], PetscReal dN[FEM_MAX_NODES][3], PetscReal *outside)
 {
+  const MeshCellType type = MeshCellLinear(whole);
   const PetscInt  n = MeshCellNodes(type);
   const PetscBool simplex = (PetscBool)(type == MESH_TRI3 || type == MESH_TET4);
-  PetscReal       xi[3] = {0}, dr[8][3] = {{0}}, inverse[3][3] = {{0}};
+  PetscReal       xi[3] = {0}, dr[8][3] = {{0}}, inverse[3][3] = {{0}}, own[FEM_MAX_NODES][3], (*slope)[3] = dr;
 
   PetscFunctionBegin;
   if (simplex) xi[0] = xi[1] = xi[2] = 0.25;
@@ -101,11 +102,15 @@ PetscErrorCode CouplingShapes_Internal(MeshCellType type, const PetscReal *x, Pe
         for (PetscInt j = 0; j < dim; j++) J[i][j] += x[3 * a + i] * dr[a][j];
     Invert(dim, J, inverse);
   }
-  for (PetscInt a = 0; a < n; a++)
+  if (whole != type) {
+    FemShapeAt(whole, xi, N, own);
+    slope = own;
+  }
+  for (PetscInt a = 0; a < MeshCellNodes(whole); a++)
     for (PetscInt i = 0; i < 3; i++) {
       dN[a][i] = 0;
       if (i < dim)
-        for (PetscInt j = 0; j < dim; j++) dN[a][i] += dr[a][j] * inverse[j][i];
+        for (PetscInt j = 0; j < dim; j++) dN[a][i] += slope[a][j] * inverse[j][i];
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -145,6 +150,11 @@ PetscErrorCode CouplingLocate_Internal(CouplingModel model, const PetscReal poin
       at->node[a] = mesh->node[first + a];
       at->N[a]    = N[a];
       for (PetscInt d = 0; d < 3; d++) at->dN[a][d] = dN[a][d];
+    }
+    if (MeshCellLinear(mesh->type[c]) != mesh->type[c]) { /* strain and turn by the corners */
+      PetscCall(CouplingShapes_Internal(MeshCellLinear(mesh->type[c]), &x[0][0], model->dim, point, N, dN, &outside));
+      for (PetscInt a = 0; a < n; a++)
+        for (PetscInt d = 0; d < 3; d++) at->dN[a][d] = a < MeshCellCorners(mesh->type[c]) ? dN[a][d] : 0;
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,6 +1,8 @@
 /* coupling_model.c - making a CouplingModel, and the weights it gives to both sides.  Eqs (6.1)-(6.5) */
 #include "coupling_impl.h"
 
+#define TIGHTEN 200 /* rounds of power iteration */
+
 PetscErrorCode CouplingModelCreate(MPI_Comm comm, CouplingModel *model)
 {
   PetscMPIInt ranks;
@@ -29,7 +31,10 @@ PetscErrorCode CouplingModelSetSplit(CouplingModel model, const CouplingSplit *s
   PetscCall(PetscMalloc1(split->n_cells, &model->overlap));
   for (PetscInt c = 0; c < mesh->n_cells; c++) {
     if (MeshCellDim(mesh->type[c]) != model->dim) continue;
-    if (split->layer[model->n_top] > 0) model->overlap[model->n_overlap++] = model->n_top;
+    if (split->layer[model->n_top] > 0) {
+      model->overlap[model->n_overlap++] = model->n_top;
+      model->quadratic                   = (PetscBool)(model->quadratic || mesh->type[c] != MeshCellLinear(mesh->type[c]));
+    }
     model->top[model->n_top++] = c;
   }
   PetscCheck(model->n_top == split->n_cells, model->comm, PETSC_ERR_PLIB, "%" PetscInt_FMT " elements in the split, %" PetscInt_FMT " in its mesh", split->n_cells, model->n_top);
@@ -159,6 +164,20 @@ static PetscErrorCode NodeMasses(CouplingModel model, PetscReal density, const P
     (void)FemGradients(shape, x, model->thickness, dN, w);
     at.n = n;
     for (PetscInt a = 0; a < n; a++) at.node[a] = mesh->node[first + a];
+    if (shape->linear != shape->type) { /* the lumped parts (2.31), each with its own node's share; they sum to the mean */
+      PetscReal m[FEM_MAX_NODES], whole = 0, part = 0, mean = 0;
+
+      FemLumpedMass(shape, density, w, m);
+      for (PetscInt a = 0; a < n; a++) {
+        for (PetscInt b = 0; b < n; b++) at.N[b] = a == b;
+        at.dN[a][0] = CouplingWeight_Internal(model, &at);
+        whole += m[a];
+        part += m[a] * at.dN[a][0];
+      }
+      mean = part / whole;
+      for (PetscInt a = 0; a < n; a++) extra[at.node[a]] += m[a] * (at.dN[a][0] * model->alpha[t] / mean - model->alpha[t]);
+      continue;
+    }
     if (shape->points > 1) { /* the points integrate a linear alpha times N exactly */
       for (PetscInt g = 0; g < shape->points; g++) {
         for (PetscInt a = 0; a < n; a++) at.N[a] = shape->N[g][a];
@@ -330,6 +349,46 @@ PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+  The springs of quadratic cells, whose functions have both signs: as stiff as sum c |q|^2 <= kinetic norm allows.  Below (6.3)
+
+  The bound by |N| is safe and 2 to 4 times too soft. The largest eigenvalue of M^-1 G^T c G, by power iteration, takes out what it gives away.
+*/
+static PetscErrorCode Tighten(CouplingModel model, const FemState *fs, const DemState *ds)
+{
+  const PetscInt n = fs->n_nodes;
+  PetscReal     *V, *F, *v, mu = 1;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc3(n, &V, n, &F, model->n_particles, &v));
+  for (PetscInt k = 0; k < model->n_particles; k++) v[k] = 1 + 0.5 * PetscSinReal((PetscReal)k); /* one component: the others are the same */
+  for (PetscInt it = 0; it < TIGHTEN; it++) {
+    PetscReal sum = 0;
+
+    PetscCall(PetscArrayzero(F, n));
+    for (PetscInt k = 0; k < model->n_particles; k++) {
+      const CouplingParticle *particle = &model->particle[k];
+      PetscReal               q = v[k];
+
+      for (PetscInt a = 0; a < particle->at.n; a++) q -= particle->at.N[a] * V[particle->at.node[a]];
+      q *= particle->c;
+      v[k] = q / ds->mass[particle->p];
+      sum += ds->mass[particle->p] * v[k] * v[k];
+      for (PetscInt a = 0; a < particle->at.n; a++) F[particle->at.node[a]] -= particle->at.N[a] * q;
+    }
+    for (PetscInt i = 0; i < n; i++) {
+      V[i] = F[i] / fs->mass[i];
+      sum += fs->mass[i] * V[i] * V[i];
+    }
+    mu = PetscSqrtReal(sum); /* of a vector that was made of length 1 */
+    for (PetscInt i = 0; i < n; i++) V[i] /= mu;
+    for (PetscInt k = 0; k < model->n_particles; k++) v[k] /= mu;
+  }
+  for (PetscInt k = 0; k < model->n_particles; k++) model->particle[k].c /= 1.02 * mu;
+  PetscCall(PetscFree3(V, F, v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What goes with the methods kept for comparison, and with an absorber. */
 static PetscErrorCode CheckMethod(CouplingModel model)
 {
@@ -339,7 +398,7 @@ static PetscErrorCode CheckMethod(CouplingModel model)
   PetscFunctionBegin;
   if (o->method == COUPLING_ENERGY && !o->absorber) PetscFunctionReturn(PETSC_SUCCESS);
   BaseCheckInput(o->method == COUPLING_ENERGY || !o->absorber, model->comm, "%s and absorber: true do not go together: the absorber belongs to the springs of method: energy; take one out", what);
-  BaseCheckInput(o->method != COUPLING_PENALTY || (o->penalty > 0 && !PetscIsInfOrNanReal(o->penalty)), model->comm, "penalty %.4g: the springs' stiffness must be positive and finite; 0.1 is about a tenth of a bond's", (double)o->penalty);
+  BaseCheckInput(o->method != COUPLING_PENALTY || (o->penalty > 0 && !PetscIsInfOrNanReal(o->penalty)), model->comm, "penalty %.4g: the springs' stiffness must be positive and finite; 1 is about a bond's", (double)o->penalty);
   BaseCheckInput(o->far == COUPLING_FAR_EXPLICIT, model->comm, "%s needs all elements to step explicitly with the particles; use far_field: explicit", what);
   BaseCheckInput(o->substeps <= 1, model->comm, "%s needs one step for both sides, not %" PetscInt_FMT " sub-steps; use substeps: 1", what, o->substeps);
   if (o->method == COUPLING_CONSISTENT) {
@@ -377,18 +436,18 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
   for (PetscInt k = 0; k < model->n_particles; k++) model->particle[k].p = inside[model->particle[k].p];
   PetscCall(PetscFree(inside));
 
-  /* rho_I = sum N m-bar / M-bar, c_i = 1 / (1 + sum N rho): the row-sum-lumped multiplier.  Eq. (6.3) */
+  /* rho_I = sum |N| m-bar / M-bar, c_i = 1 / (1 + sum |N| rho): the row-sum-lumped multiplier.  Eq. (6.3) */
   PetscCall(PetscCalloc1(fs.n_nodes, &rho));
   for (PetscInt k = 0; k < model->n_particles; k++) {
     const CouplingParticle *particle = &model->particle[k];
 
-    for (PetscInt a = 0; a < particle->at.n; a++) rho[particle->at.node[a]] += particle->at.N[a] * ds.mass[particle->p] / fs.mass[particle->at.node[a]];
+    for (PetscInt a = 0; a < particle->at.n; a++) rho[particle->at.node[a]] += PetscAbsReal(particle->at.N[a]) * ds.mass[particle->p] / fs.mass[particle->at.node[a]];
   }
   for (PetscInt k = 0; k < model->n_particles; k++) {
     CouplingParticle *particle = &model->particle[k];
     PetscReal         sum = 1;
 
-    for (PetscInt a = 0; a < particle->at.n; a++) sum += particle->at.N[a] * rho[particle->at.node[a]];
+    for (PetscInt a = 0; a < particle->at.n; a++) sum += PetscAbsReal(particle->at.N[a]) * rho[particle->at.node[a]];
     particle->c = ds.mass[particle->p] / sum;
     if (model->options.method == COUPLING_PENALTY) {
       const PetscReal share = 1 - CouplingWeight_Internal(model, &particle->at), volume = ds.mass[particle->p] / (share * model->density);
@@ -397,6 +456,7 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
     }
   }
   PetscCall(PetscFree(rho));
+  if (model->quadratic) PetscCall(Tighten(model, &fs, &ds));
 
   PetscCall(DemModelGetRim(model->dem, &rim));
   model->n_rim = rim.n;

@@ -9,8 +9,8 @@ static PetscBool InGroup(const MeshGroup *group, PetscInt cell)
   return at >= 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The mesh of the cells marked keep[], with the nodes they use and the groups that are left. map: old cell -> new, -1. */
-static PetscErrorCode SubMesh(const Mesh *whole, const PetscBool *keep, Mesh *sub, PetscInt *map)
+/* The mesh of the cells marked keep[], with the nodes they use and the groups that are left. map: old cell -> new, -1. corners: as linear cells. */
+static PetscErrorCode SubMesh(const Mesh *whole, const PetscBool *keep, PetscBool corners, Mesh *sub, PetscInt *map)
 {
   PetscInt *node, used = 0, entries = 0;
 
@@ -21,8 +21,10 @@ static PetscErrorCode SubMesh(const Mesh *whole, const PetscBool *keep, Mesh *su
   for (PetscInt c = 0; c < whole->n_cells; c++) {
     map[c] = keep[c] ? sub->n_cells++ : -1;
     if (!keep[c]) continue;
-    entries += whole->start[c + 1] - whole->start[c];
-    for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) node[whole->node[k]] = 0;
+    const PetscInt n = corners ? MeshCellCorners(whole->type[c]) : whole->start[c + 1] - whole->start[c];
+
+    entries += n;
+    for (PetscInt k = whole->start[c]; k < whole->start[c] + n; k++) node[whole->node[k]] = 0;
   }
   for (PetscInt i = 0; i < whole->n_nodes; i++)
     if (node[i] == 0) node[i] = used++;
@@ -42,10 +44,10 @@ static PetscErrorCode SubMesh(const Mesh *whole, const PetscBool *keep, Mesh *su
     const PetscInt n = map[c];
 
     if (n < 0) continue;
-    sub->type[n]      = whole->type[c];
+    sub->type[n]      = corners ? MeshCellLinear(whole->type[c]) : whole->type[c];
     sub->cell_id[n]   = whole->cell_id[c];
-    sub->start[n + 1] = sub->start[n] + whole->start[c + 1] - whole->start[c];
-    for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) sub->node[sub->start[n] + k - whole->start[c]] = node[whole->node[k]];
+    sub->start[n + 1] = sub->start[n] + (corners ? MeshCellCorners(whole->type[c]) : whole->start[c + 1] - whole->start[c]);
+    for (PetscInt k = sub->start[n]; k < sub->start[n + 1]; k++) sub->node[k] = node[whole->node[whole->start[c] + k - sub->start[n]]];
   }
   PetscCall(PetscMalloc1(whole->n_groups + 1, &sub->group)); /* one to spare: the rim */
   for (PetscInt g = 0; g < whole->n_groups; g++) {
@@ -64,9 +66,10 @@ static PetscErrorCode SubMesh(const Mesh *whole, const PetscBool *keep, Mesh *su
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sides of a linear cell as sorted corner lists: up to 6 of up to 4. */
-static PetscInt Sides(MeshCellType type, const PetscInt *node, PetscInt side[6][4], PetscInt size[6])
+/* Sides of a cell as lists of corners: up to 6 of up to 4. */
+static PetscInt Sides(MeshCellType whole, const PetscInt *node, PetscInt side[6][4], PetscInt size[6])
 {
+  const MeshCellType    type = MeshCellLinear(whole);
   static const PetscInt tri[3][2] = {{0, 1}, {1, 2}, {2, 0}}, quad[4][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}};
   static const PetscInt tet[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   static const PetscInt hex[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
@@ -126,7 +129,7 @@ static PetscErrorCode AddRim(const Mesh *whole, const PetscBool *is_dem, const P
   PetscCall(PetscMalloc1(whole->n_nodes, &node_of));
   for (PetscInt c = 0; c < whole->n_cells; c++)
     if (map[c] >= 0)
-      for (PetscInt k = whole->start[c]; k < whole->start[c + 1]; k++) node_of[whole->node[k]] = dem->node[dem->start[map[c]] + k - whole->start[c]];
+      for (PetscInt k = dem->start[map[c]]; k < dem->start[map[c] + 1]; k++) node_of[whole->node[whole->start[c] + k - dem->start[map[c]]]] = dem->node[k];
   entries = dem->start[dem->n_cells];
   PetscCall(PetscMalloc3(dem->n_cells + m, &type, dem->n_cells + m, &cell_id, dem->n_cells + m + 1, &start));
   PetscCall(PetscMalloc1(entries + 4 * m, &node));
@@ -230,9 +233,54 @@ static PetscErrorCode CheckTypes(const Mesh *whole)
   PetscFunctionBegin;
   for (PetscInt c = 0; c < whole->n_cells; c++) {
     if (MeshCellDim(whole->type[c]) != whole->dim) continue;
-    BaseCheckInput(whole->type[c] == MESH_TRI3 || whole->type[c] == MESH_QUAD4 || whole->type[c] == MESH_TET4 || whole->type[c] == MESH_HEX8, PETSC_COMM_SELF,
-                   "%s: element %" PetscInt_FMT " is of a type a coupled body does not cover yet; use linear triangles, quadrilaterals, tetrahedra or hexahedra", whole->source, whole->cell_id[c]);
+    const MeshCellType type = MeshCellLinear(whole->type[c]);
+
+    BaseCheckInput(type == MESH_TRI3 || type == MESH_QUAD4 || type == MESH_TET4 || type == MESH_HEX8, PETSC_COMM_SELF,
+                   "%s: element %" PetscInt_FMT " is of a type a coupled body does not cover yet; use triangles, quadrilaterals, tetrahedra or hexahedra", whole->source, whole->cell_id[c]);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Particles lie in quadratic cells by their corners: those must have straight sides, with nodes in the middle. */
+static PetscErrorCode CheckStraight(const Mesh *whole, const PetscInt ring[])
+{
+  PetscFunctionBegin;
+  for (PetscInt c = 0; c < whole->n_cells; c++) {
+    const PetscInt *node = whole->node + whole->start[c], corners = MeshCellCorners(whole->type[c]);
+
+    if (MeshCellDim(whole->type[c]) != whole->dim || ring[c] < 0) continue;
+    for (PetscInt a = corners; a < whole->start[c + 1] - whole->start[c]; a++) {
+      PetscInt  of[8];
+      const PetscInt n = MeshCellParents(whole->type[c], a, of);
+      PetscReal off = 0, size = 0;
+
+      for (PetscInt d = 0; d < 3; d++) {
+        PetscReal mean = 0;
+
+        for (PetscInt k = 0; k < n; k++) mean += whole->x[3 * node[of[k]] + d] / n;
+        off += PetscSqr(whole->x[3 * node[a] + d] - mean);
+        size += PetscSqr(whole->x[3 * node[of[0]] + d] - mean);
+      }
+      BaseCheckInput(off <= 1e-12 * size, PETSC_COMM_SELF, "%s: element %" PetscInt_FMT " has curved sides and holds particles; cells that do must be straight: mesh.order: 1, or particles away from the curved surface", whole->source, whole->cell_id[c]);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* s of the nodes between corners: the corners' mean, so that the cell's own functions give the corners' s. */
+static PetscErrorCode MiddleNodes(CouplingSplit *split)
+{
+  const Mesh *mesh = &split->fem;
+
+  PetscFunctionBegin;
+  for (PetscInt c = 0; c < mesh->n_cells; c++)
+    for (PetscInt a = MeshCellCorners(mesh->type[c]); MeshCellDim(mesh->type[c]) == mesh->dim && a < mesh->start[c + 1] - mesh->start[c]; a++) {
+      PetscInt       of[8];
+      const PetscInt n = MeshCellParents(mesh->type[c], a, of), i = mesh->node[mesh->start[c] + a];
+
+      split->s[i] = 0;
+      for (PetscInt k = 0; k < n; k++) split->s[i] += split->s[mesh->node[mesh->start[c] + of[k]]] / n;
+    }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -249,6 +297,7 @@ PetscErrorCode CouplingSplitCells_Internal(const Mesh *whole, const PetscBool ma
   split->dim = whole->dim;
   PetscCall(PetscMalloc4(whole->n_nodes, &reach, whole->n_cells, &layer, whole->n_cells, &map, whole->n_cells, &keep));
   PetscCall(CouplingRings_Internal(whole, marked, width, layer, reach));
+  PetscCall(CheckStraight(whole, layer));
   for (PetscInt c = 0; c < whole->n_cells; c++) {
     if (MeshCellDim(whole->type[c]) != whole->dim) continue;
     elements += layer[c] != 0;
@@ -260,7 +309,7 @@ PetscErrorCode CouplingSplitCells_Internal(const Mesh *whole, const PetscBool ma
   for (PetscInt pass = 0; pass < 2; pass++) { /* elements, then particles */
     for (PetscInt c = 0; c < whole->n_cells; c++) keep[c] = (PetscBool)(MeshCellDim(whole->type[c]) == whole->dim && (pass == 0 ? layer[c] != 0 : layer[c] >= 0));
     PetscCall(KeepFaces(whole, keep));
-    PetscCall(SubMesh(whole, keep, pass == 0 ? &split->fem : &split->dem, map));
+    PetscCall(SubMesh(whole, keep, (PetscBool)(pass == 1), pass == 0 ? &split->fem : &split->dem, map));
     if (pass == 0) {
       PetscCall(PetscMalloc2(split->fem.n_cells, &split->layer, split->fem.n_cells, &split->cell));
       PetscCall(PetscMalloc2(split->fem.n_nodes, &split->s, split->fem.n_nodes, &split->node));
@@ -277,6 +326,7 @@ PetscErrorCode CouplingSplitCells_Internal(const Mesh *whole, const PetscBool ma
           split->node[i] = whole->node[k];
         }
       }
+      PetscCall(MiddleNodes(split));
     } else {
       for (PetscInt c = 0; c < whole->n_cells; c++) keep[c] = (PetscBool)(map[c] >= 0);
       PetscCall(AddRim(whole, keep, map, &split->dem));
@@ -298,7 +348,7 @@ PetscErrorCode CouplingRegion_Internal(const Mesh *whole, const PetscBool marked
   PetscCall(CouplingRings_Internal(whole, marked, width, ring, reach));
   for (PetscInt c = 0; c < whole->n_cells; c++) keep[c] = (PetscBool)(ring[c] >= 0);
   PetscCall(KeepFaces(whole, keep));
-  PetscCall(SubMesh(whole, keep, region, map));
+  PetscCall(SubMesh(whole, keep, PETSC_TRUE, region, map));
   for (PetscInt c = 0; c < whole->n_cells; c++) keep[c] = (PetscBool)(map[c] >= 0);
   PetscCall(AddRim(whole, keep, map, region));
   PetscCall(PetscFree4(reach, ring, map, keep));

@@ -245,9 +245,9 @@ static PetscErrorCode CheckEnergy(CouplingModel model)
   PetscCall(IsStable(model, 1, model->given > 0 ? model->given : model->limit, &stable));
   model->unstable = (PetscBool)!stable;
   if (model->given > 0) PetscFunctionReturn(PETSC_SUCCESS); /* of an event: whoever made the split may make another */
-  BaseCheckInput(stable || model->options.method != COUPLING_PENALTY, model->comm, "Springs of penalty %.4g are too soft for the overlap's energy to have a minimum: a trial from small random velocities gains energy. Give a larger penalty, about 0.1, or use method: energy", (double)model->options.penalty);
+  BaseCheckInput(stable || model->options.method != COUPLING_PENALTY, model->comm, "Springs of penalty %.4g are too soft for the overlap's energy to have a minimum: a trial from small random velocities gains energy. Give a larger penalty, about 1, or use method: energy", (double)model->options.penalty);
   BaseCheckInput(stable, model->comm,
-                 "The overlap of elements and particles has no stable energy: a trial from small random velocities gains energy. Give the overlap's elements about 4 particles to a side, 3 at least: smaller particles, or larger elements there");
+                 "The overlap of elements and particles has no stable energy: a trial from small random velocities gains energy. Give the overlap's elements about 4 particles to a side, 3 at least (between nodes, so quadratic ones twice as many): smaller particles, or larger elements there");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 #include "coupling_impl.h"
 
-#define COUPLING_DOFS 24  /* of a linear element */
 #define COUPLING_WAKE 0.4 /* bonds of the overlap are looked at where the elements pass this fraction of their strength, as DEM_STRESS_WAKE */
 #define COUPLING_TOOL_LOOKS 16 /* looks at the stress between two at the tools: one slower than 1/16 of a wave gains half an element on them */
 
@@ -34,7 +33,8 @@ typedef struct {
   Stepper        stepper;
   PetscInt       n_watched, *watched; /* bonds of the overlap that cannot break: facets of carved.cells */
   PetscInt      *top_of;              /* [cells of the whole mesh] element of the split, -1 */
-  PetscReal     *gradient;            /* [split.n_cells][COUPLING_DOFS] mean gradients of the shape functions [1/m] */
+  PetscInt       dofs;                /* most of an element */
+  PetscReal     *gradient;            /* [split.n_cells][dofs] mean gradients of the shape functions [1/m] */
 } CouplingHalves;
 
 struct _p_CouplingSwitch {

@@ -194,6 +194,29 @@ def test_static(folder):
     refused(folder, scene.replace("{group: left, fix: x}", "{group: left, absorb: true}"), 17, "absorb")
 
 
+
+def test_ways(folder):
+    """Other ways of joining, the absorber, quadratic cells: each runs to the end, keeps its ledger and ends where the plain run does; a resume goes on to the bit."""
+    plain = SCENE.replace("{end: 40 us}", "{end: 20 us}")
+    quadratic = plain.replace("radius: 0.4 mm", "radius: 0.22 mm").replace("    material: rock\n    dem", "    material: rock\n    mesh: {order: 2}\n    dem")
+    write(folder, "plain.yaml", plain)
+    write(folder, "quadratic.yaml", quadratic)
+    cleave("run", "plain.yaml", "--output", "plain", cwd=folder)
+    end = history(folder, "plain")["displacement(right).x"][-1]
+    for scene, key in (("plain", "coupling.method=consistent"), ("plain", "coupling.method=penalty"), ("plain", "coupling.absorber=true"), ("quadratic", "coupling.substeps=1"), ("quadratic", "coupling.substeps=2"),
+                       ("quadratic", "coupling.far_field=implicit"), ("quadratic", "bodies.bar.mesh.incomplete=true")):
+        name = scene + key.replace("=", ".")
+        cleave("run", scene + ".yaml", "--set", key, "--output", name, cwd=folder)
+        off, error = history(folder, name)["displacement(right).x"][-1] / end - 1, summary(folder, name)["energy"]["worst_error"]
+        print("%s %s: end off by %.1e, ledger %.1e" % (scene, key, off, error))
+        check(abs(off) < 0.01 and error < 1e-4, name, off, error)
+    cleave("run", "plain.yaml", "--set", "coupling.method=consistent", "--output", "parts", "--stop-after", "60", cwd=folder)
+    cleave("run", "plain.yaml", "--set", "coupling.method=consistent", "--output", "parts", "--resume", cwd=folder)
+    whole, parts = history(folder, "plaincoupling.method.consistent"), history(folder, "parts")
+    check(all((whole[name] == parts[name]).all() for name in whole), "a resume of method: consistent differs")
+    refused(folder, quadratic.replace("0.22 mm", "0.45 mm"), 9, "no stable energy")
+    refused(folder, plain.replace("substeps: 1", "substeps: 1, method: consistent").replace("poisson: 0.2", "poisson: 0.2, mass_damping: 10 1/s"), 9, "do not go together")
+
 def main():
     for name in sys.argv[2:]:
         with tempfile.TemporaryDirectory(prefix="cleave-coupled-" + name + "-") as folder:

@@ -13,9 +13,10 @@ static PetscReal Random(uint64_t *state)
 }
 
 /* columns: one random spacing along x, the same in every row of equal cells, so that with nu = 0 each row is the same chain. */
-static PetscErrorCode Create(PetscInt dim, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, PetscBool columns, const CouplingOptions *options, Coupled *c)
+static PetscErrorCode Create(MeshCellType type, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, PetscBool columns, const CouplingOptions *options, Coupled *c)
 {
   const PetscReal zero[3] = {0, 0, 0}, d = h / ratio;
+  const PetscInt  dim = MeshCellDim(type);
   PetscInt        n[3] = {1, 1, 1}, m[3] = {1, 1, 1};
   MeshGroup      *group;
   PetscReal       low[3] = {0}, high[3] = {0};
@@ -23,7 +24,7 @@ static PetscErrorCode Create(PetscInt dim, const PetscReal size[3], PetscReal h,
   PetscFunctionBegin;
   PetscCall(PetscMemzero(c, sizeof(*c)));
   for (PetscInt k = 0; k < dim; k++) n[k] = (PetscInt)(size[k] / h + 0.5);
-  PetscCall(MeshCreateBox(PETSC_COMM_SELF, "body", dim == 3 ? MESH_HEX8 : MESH_QUAD4, zero, size, n, &c->mesh));
+  PetscCall(MeshCreateBox(PETSC_COMM_SELF, "body", type, zero, size, n, &c->mesh));
   /* one more group: the cells that become particles */
   PetscCall(PetscMalloc1(c->mesh.n_groups + 1, &group));
   PetscCall(PetscArraycpy(group, c->mesh.group, c->mesh.n_groups));
@@ -89,7 +90,14 @@ static PetscErrorCode Create(PetscInt dim, const PetscReal size[3], PetscReal h,
 PetscErrorCode CoupledCreate(PetscInt dim, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, const CouplingOptions *options, Coupled *c)
 {
   PetscFunctionBegin;
-  PetscCall(Create(dim, size, h, from, to, ratio, width, nu, seed, PETSC_FALSE, options, c));
+  PetscCall(Create(dim == 3 ? MESH_HEX8 : MESH_QUAD4, size, h, from, to, ratio, width, nu, seed, PETSC_FALSE, options, c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CoupledCreateOf(MeshCellType type, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, const CouplingOptions *options, Coupled *c)
+{
+  PetscFunctionBegin;
+  PetscCall(Create(type, size, h, from, to, ratio, width, nu, seed, PETSC_FALSE, options, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -98,7 +106,7 @@ PetscErrorCode CoupledCreateChain(PetscReal length, PetscReal from, PetscReal to
   const PetscReal size[3] = {length, 1, 1};
 
   PetscFunctionBegin;
-  PetscCall(Create(2, size, 1, from, to, ratio, width, 0, seed, PETSC_TRUE, options, c));
+  PetscCall(Create(MESH_QUAD4, size, 1, from, to, ratio, width, 0, seed, PETSC_TRUE, options, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -16,6 +16,8 @@ typedef struct {
 
 /* Box [0, size] of elements of edge h, cells with centroid x in (from, to) particles of spacing h/ratio; plane strain in 2D. Young 1, density 1. */
 PetscErrorCode CoupledCreate(PetscInt dim, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, const CouplingOptions *options, Coupled *c);
+/* The same with cells of this type instead of quadrilaterals or hexahedra. */
+PetscErrorCode CoupledCreateOf(MeshCellType type, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, const CouplingOptions *options, Coupled *c);
 /* The same equations in one dimension: a strip one element high, nu = 0, its particles in columns of random spacing; rows alike. */
 PetscErrorCode CoupledCreateChain(PetscReal length, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, uint64_t seed, const CouplingOptions *options, Coupled *c);
 PetscErrorCode CoupledDestroy(Coupled *c);

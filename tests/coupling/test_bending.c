@@ -46,8 +46,8 @@ static PetscErrorCode Reference(PetscReal *tip)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Particles of h/4 between x = 5 and 7, the overlap `width` elements of h to each side; brought to rest. */
-static PetscErrorCode Tip(PetscReal h, PetscInt width, PetscReal *tip)
+/* Particles of h/ratio between x = 5 and 7, the overlap `width` elements of h to each side; brought to rest. */
+static PetscErrorCode Tip(MeshCellType type, PetscReal h, PetscReal ratio, PetscInt width, PetscReal *tip)
 {
   const PetscReal size[3] = {LENGTH, DEPTH, 1}, up[3] = {0, 1, 0}, t[2] = {0, 200}, v[2] = {0, SHEAR};
   const PetscReal first = 3.516 * (DEPTH / PetscSqrtReal(12)) / PetscSqr(LENGTH); /* lowest circular frequency, about */
@@ -58,7 +58,7 @@ static PetscErrorCode Tip(PetscReal h, PetscInt width, PetscReal *tip)
   PetscReal       dt;
 
   PetscFunctionBegin;
-  PetscCall(CoupledCreate(2, size, h, 5, 7, 4, width, NU, 3, NULL, &c));
+  PetscCall(CoupledCreateOf(type, size, h, 5, 7, ratio, width, NU, 3, NULL, &c));
   PetscCall(TableCreateConstant(0, &none));
   PetscCall(TableCreate(2, t, v, &ramp));
   for (PetscInt d = 0; d < 2; d++) PetscCall(FemModelFix(c.fem, "xmin", d, FEM_DISPLACEMENT, &none));
@@ -89,10 +89,10 @@ static PetscErrorCode TestCantilever(void)
   PetscFunctionBeginUser;
   PetscCall(Reference(&exact));
   for (PetscInt width = 1; width <= 3; width++) {
-    PetscCall(Tip(1, width, &tip[width - 1]));
+    PetscCall(Tip(MESH_QUAD4, 1, 4, width, &tip[width - 1]));
     print_message("           overlap of %d elements: tip / exact - 1 = %+.4f\n", (int)width, (double)(tip[width - 1] / exact - 1));
   }
-  PetscCall(Tip(0.5, 2, &fine));
+  PetscCall(Tip(MESH_QUAD4, 0.5, 4, 2, &fine));
   print_message("           2 elements of half the size: %+.4f\n", (double)(fine / exact - 1));
   CheckBelow(PetscAbsReal(tip[1] / exact - 1), 0.01);
   CheckBelow(PetscAbsReal(fine / exact - 1), 0.5 * PetscAbsReal(tip[1] / exact - 1));
@@ -100,6 +100,25 @@ static PetscErrorCode TestCantilever(void)
 }
 CHECK_TEST(TestCantilever)
 
-static const struct CMUnitTest tests[] = {TEST(TestCantilever)};
+/* Quadratic cells of the same number bend better than linear ones. */
+static PetscErrorCode TestQuadratic(void)
+{
+  static const MeshCellType linear[] = {MESH_QUAD4, MESH_TRI3}, quadratic[] = {MESH_QUAD9, MESH_TRI6};
+  PetscReal                 exact, tip[2];
+
+  PetscFunctionBeginUser;
+  PetscCall(Reference(&exact));
+  for (PetscInt k = 0; k < 2; k++) {
+    PetscCall(Tip(linear[k], 1, 5, 2, &tip[0]));
+    PetscCall(Tip(quadratic[k], 1, 5, 2, &tip[1]));
+    print_message("           %d nodes: tip / exact - 1 = %+.4f, %d nodes: %+.4f\n", (int)MeshCellNodes(linear[k]), (double)(tip[0] / exact - 1), (int)MeshCellNodes(quadratic[k]), (double)(tip[1] / exact - 1));
+    CheckBelow(PetscAbsReal(tip[1] / exact - 1), 0.5 * PetscAbsReal(tip[0] / exact - 1));
+    CheckBelow(PetscAbsReal(tip[1] / exact - 1), 0.005);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestQuadratic)
+
+static const struct CMUnitTest tests[] = {TEST(TestQuadratic), TEST(TestCantilever)};
 
 CHECK_MAIN(tests)

@@ -8,7 +8,7 @@ static const char *const name[] = {"energy", "consistent", "penalty"};
 
 static CouplingOptions Options(CouplingMethod method, PetscBool preload, PetscBool absorber)
 {
-  return (CouplingOptions){.floor = 0.05, .affine = PETSC_TRUE, .substeps = 1, .method = method, .penalty = 0.1, .preload = preload, .absorber = absorber};
+  return (CouplingOptions){.floor = 0.05, .affine = PETSC_TRUE, .substeps = 1, .method = method, .penalty = 1, .preload = preload, .absorber = absorber};
 }
 
 static PetscErrorCode TestRest(void)

@@ -138,7 +138,7 @@ static PetscReal Ratio(PetscInt n, const PetscReal *x, const double complex *a, 
 
 PetscErrorCode WaveReflect(PetscReal lambda, PetscInt width, const CouplingOptions *options, PetscReal *energy, PetscReal *step)
 {
-  const PetscReal omega = 2 * PETSC_PI / lambda, dt = WAVE_STEP / WAVE_RATIO;
+  const PetscReal omega = 2 * PETSC_PI / lambda, dt = (options && options->method == COUPLING_PENALTY && options->penalty > 0.2 ? 0.5 : 1) * WAVE_STEP / WAVE_RATIO; /* stiff springs have a smaller step */
   const PetscReal k = 2 * WAVE_RATIO * asin(PetscSinReal(0.5 * omega * dt) / (dt * WAVE_RATIO)); /* sin(kd/2) = (d/dt) sin(omega dt/2) */
   const PetscReal probe = 2 * lambda, swell = SWELL * lambda, watch = WATCH * lambda;
   /* the front runs to the join, swells there, comes back over the probe; the end's echo of it must not be in time */
