@@ -209,7 +209,7 @@ def test_ways(folder):
         cleave("run", scene + ".yaml", "--set", key, "--output", name, cwd=folder)
         off, error = history(folder, name)["displacement(right).x"][-1] / end - 1, summary(folder, name)["energy"]["worst_error"]
         print("%s %s: end off by %.1e, ledger %.1e" % (scene, key, off, error))
-        check(abs(off) < 0.01 and error < 1e-4, name, off, error)
+        check(abs(off) < 0.01 and error < (1e-3 if "substeps=2" in key else 1e-6), name, off, error)
     cleave("run", "plain.yaml", "--set", "coupling.method=consistent", "--output", "parts", "--stop-after", "60", cwd=folder)
     cleave("run", "plain.yaml", "--set", "coupling.method=consistent", "--output", "parts", "--resume", cwd=folder)
     whole, parts = history(folder, "plaincoupling.method.consistent"), history(folder, "parts")
