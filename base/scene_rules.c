@@ -139,7 +139,7 @@ static PetscErrorCode CheckStatic(Scene scene, SceneNode body)
   static const char *const moving[] = {"tools", "contact"};
 
   PetscFunctionBegin;
-  if (law && !SceneNodeIs(law, "elastic")) PetscCall(SceneFaultValue(scene, law, "a static run of particles cannot break: write law: elastic, or time: {method: explicit} and load slowly"));
+  if (law && SceneNodeIs(law, "published")) PetscCall(SceneFaultValue(scene, law, "a static run of particles breaks by law: cohesive of elasticity: exact: write that, or law: elastic, or time: {method: explicit} and load slowly"));
   if (SceneNodeIs(term, "true")) PetscCall(SceneFaultValue(scene, term, "the Poisson term follows the steps of an explicit run, and this one is static: leave it out, or write time: {method: explicit}"));
   if (SceneNodeIs(bonded, "false")) PetscCall(SceneFaultValue(scene, bonded, "loose grains have no static state to solve for: write time: {method: explicit}"));
   for (PetscInt k = 0; k < 2; k++) {

@@ -7,7 +7,6 @@
 */
 #include "dem_rule.h"
 #include <math.h>
-#include <omp.h>
 
 /* A bond's geometry now, from the block's copy. */
 typedef struct {
@@ -130,17 +129,30 @@ DemStrength DemStrengthOf_Internal(DemModel model, PetscInt k)
   return own;
 }
 
-/* Advance D of bond k under its total traction t~; at: record of p, ep, eq: dilations of the ends.  Eqs (4.20)-(4.27) */
-static void Damage(DemModel model, PetscInt k, const PetscReal *at, const Bond *bond, PetscReal ep, PetscReal eq)
+/* The tooth that is due, or the margin of the nearer one; returns its D. */
+static PetscReal Tooth(const DemStrength *curve, PetscReal k, PetscReal s, PetscReal damage, DemTooth *tooth)
+{
+  const DemTooth  own    = DemToothOf(curve, k, s, damage);
+  const PetscReal margin = PetscMax(own.margin, tooth->margin);
+
+  if (own.damage > tooth->damage) *tooth = own;
+  tooth->margin = margin;
+  return own.damage;
+}
+
+/* D of bond k under its total traction t~ now, and what broke it; at: record of p, ep, eq: dilations of the ends; keep: an onset found here stays;
+   tooth: NULL, or D falls by teeth.  Eqs (4.20)-(4.25), (4.84) */
+static PetscReal DamageNow(DemModel model, PetscInt k, const PetscReal *at, const Bond *bond, PetscReal ep, PetscReal eq, PetscBool keep, unsigned char *mode, DemTooth *tooth)
 {
   const DemStrength *strength = &model->strength;
   DemStrength        weaker;
   DemCrackState     *crack = &model->crack;
-  const PetscReal    G = model->g_shear, lambda = model->lambda, d = bond->d, A = model->bonds.k[k] * d, old = crack->damage[k];
-  PetscReal          t[3], D = old, tangent[3], axis[3] = {bond->n[0], bond->n[1], bond->n[2]};
+  const PetscReal    G = model->g_shear, lambda = model->lambda, d = bond->d;
+  PetscReal          t[3], D = crack->damage[k], axis[3] = {bond->n[0], bond->n[1], bond->n[2]};
   PetscBool          opens = PETSC_FALSE;
-  unsigned char      mode = 0;
 
+  *mode = 0;
+  if (tooth) *tooth = (DemTooth){.damage = D, .margin = -1};
   if (model->weak) {
     weaker   = DemStrengthOf_Internal(model, k);
     strength = &weaker;
@@ -152,13 +164,13 @@ static void Damage(DemModel model, PetscInt k, const PetscReal *at, const Bond *
     ToSpace(model, at, crack->e + 3 * k, e);
     c = Dot3(e, bond->n);
     if (c >= DEM_SMALLEST_COSINE) {
-      const PetscReal now = DemDamageTension(strength, G, c * d, Dot3(t, e) / c);
+      const PetscReal now = tooth ? Tooth(strength, 2 * G / (c * d), Dot3(t, e) / c, crack->damage[k], tooth) : DemDamageTension(strength, G, c * d, Dot3(t, e) / c);
 
       if (now > D) {
-        D    = now;
-        mode = DEM_BOND_TENSION;
+        D     = now;
+        *mode = DEM_BOND_TENSION;
       }
-      if (((crack->state[k] | mode) & DEM_BOND_TENSION) && Dot3(t, e) > 0) {
+      if (((crack->state[k] | *mode) & DEM_BOND_TENSION) && Dot3(t, e) > 0) {
         opens = PETSC_TRUE;
         for (PetscInt i = 0; i < 3; i++) axis[i] = e[i];
       }
@@ -170,18 +182,35 @@ static void Damage(DemModel model, PetscInt k, const PetscReal *at, const Bond *
 
     for (PetscInt c = 0; c < 3; c++) ts += PetscSqr(t[c] - tn * axis[c]);
     load = PetscSqrtReal(ts) + (opens ? 0 : strength->mu_static * tn);
-    if (crack->limit) { /* softens from what it carries at the onset.  Eq. (4.65) */
-      DemStrength own = *strength;
+    DemStrength own = *strength;
 
-      if (crack->limit[k] < 0) crack->limit[k] = PetscMin(strength->shear, PetscMax(load, DEM_SMALLEST_COSINE * strength->shear));
-      own.shear = crack->limit[k];
-      now       = DemDamageShear(&own, G, d, load / own.shear);
-    } else now = DemDamageShear(strength, G, d, load / strength->shear);
+    if (crack->limit) { /* softens from what it carries at the onset.  Eq. (4.65) */
+      if (crack->limit[k] < 0) own.shear = PetscMin(strength->shear, PetscMax(load, DEM_SMALLEST_COSINE * strength->shear));
+      else own.shear = crack->limit[k];
+      if (keep) crack->limit[k] = own.shear;
+    }
+    if (tooth) {
+      const DemStrength curve = {.tensile = own.shear, .fracture_energy = own.shear_energy, .softening = DEM_SOFTENING_LINEAR};
+
+      now = Tooth(&curve, 2 * G / d, load, crack->damage[k], tooth);
+    } else now = DemDamageShear(&own, G, d, load / own.shear);
     if (now > D) {
-      D    = now;
-      mode = DEM_BOND_SHEAR;
+      D     = now;
+      *mode = DEM_BOND_SHEAR;
     }
   }
+  return D;
+}
+
+/* Advance D of bond k and book what that takes.  Eqs (4.26)-(4.28) */
+static void Damage(DemModel model, PetscInt block, PetscInt k, const PetscReal *at, const Bond *bond, PetscReal ep, PetscReal eq)
+{
+  DemCrackState  *crack = &model->crack;
+  const PetscReal G = model->g_shear, lambda = model->lambda, d = bond->d, A = model->bonds.k[k] * d, old = crack->damage[k];
+  PetscReal       tangent[3];
+  unsigned char   mode;
+  DemTooth        tooth;
+  const PetscReal D = DamageNow(model, k, at, bond, ep, eq, (PetscBool)(!crack->due || crack->due[k]), &mode, crack->due ? &tooth : NULL);
 
   PetscReal Y = A * (G * Dot3(bond->gap, bond->gap) / d + lambda / d * (ep * Dot3(bond->gap, bond->a) - eq * Dot3(bond->gap, bond->b)) +
                      lambda * lambda / (4 * G) * (ep * ep * bond->h + eq * eq * (d - bond->h)));
@@ -197,10 +226,14 @@ static void Damage(DemModel model, PetscInt k, const PetscReal *at, const Bond *
   }
   Y = PetscMax(Y, 0);
   /* The ledger's works are trapezoids; for a spring they then balance with the geometric mean of Y over the step, exactly. */
-  const PetscReal mean = crack->release[k] > 0 ? PetscSqrtReal(Y * crack->release[k]) : Y;
+  PetscReal mean = crack->release[k] > 0 ? PetscSqrtReal(Y * crack->release[k]) : Y;
 
   crack->release[k] = Y;
-  if (D <= old || Y == 0) return;
+  if (D <= old || Y == 0 || (crack->due && !crack->due[k])) return;
+  if (crack->due) { /* the curve's part is fracture; what else is lost between the states is set free.  Eq. (4.86) */
+    crack->excess[block] += (mean - Y * tooth.law) * (D - old);
+    mean = Y * tooth.law;
+  }
   if (old == 0) crack->time[k] = model->time;
   crack->state[k] |= mode;
   crack->work[k] += mean * (D - old);
@@ -228,11 +261,11 @@ static PetscReal PastRim(DemModel model, PetscInt k, const PetscReal *at_q, cons
 }
 
 /* Contact of the closed broken fraction: spring against the gap, Coulomb on its slip.  Returns its force; eqs (4.26), (4.82) */
-static PetscBool ClosedForce(DemModel model, PetscInt k, const PetscReal *at, const PetscReal *at_q, const Bond *bond, PetscBool advance, PetscReal force[3], PetscReal *energy)
+static PetscBool ClosedForce(DemModel model, PetscInt k, const PetscReal *at, const PetscReal *at_q, const Bond *bond, PetscReal broken, PetscBool advance, PetscReal force[3], PetscReal *energy)
 {
   DemCrackState  *crack = &model->crack;
   const PetscBool whole = (PetscBool)(crack->damage[k] == 1);
-  const PetscReal full = 2 * model->g_shear * model->bonds.k[k] * crack->damage[k];
+  const PetscReal full = 2 * model->g_shear * model->bonds.k[k] * broken;
   PetscReal       tangent[3], slip[3], el[3], length = 0, most, stiff = full, lost = 0;
   const PetscReal normal = Closed(bond, tangent);
 
@@ -250,16 +283,18 @@ static PetscBool ClosedForce(DemModel model, PetscInt k, const PetscReal *at, co
   }
   ToSpace(model, at, crack->slip + 3 * k, slip);
   for (PetscInt c = 0; c < 3; c++) {
-    el[c] = tangent[c] - slip[c];
+    el[c] = crack->damage[k] > 0 ? tangent[c] - slip[c] : 0; /* what would begin to break here would slip from here */
     length += el[c] * el[c];
   }
   length = PetscSqrtReal(length);
   most   = -model->strength.mu_dynamic * normal;
-  if (length > most && advance) {
+  if (length > most && (advance || crack->due)) { /* a load step's tangent slides too */
     for (PetscInt c = 0; c < 3; c++) {
       slip[c] += el[c] * (1 - most / length);
       el[c] *= most / length;
     }
+  }
+  if (length > most && advance) {
     crack->rub[k] += stiff * most * (length - most);
     ToParticle(model, at, slip, crack->slip + 3 * k);
   }
@@ -305,23 +340,32 @@ void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, Pe
   DemCrackState   *crack = &model->crack;
   const PetscInt   wide = model->blocks.widest, *live = crack->live + model->blocks.bond[block];
   const PetscReal  lambda = model->lambda;
-  const PetscBool  advance = (PetscBool)((flags & DEM_WITH_FAILURE) != 0);
+  const PetscBool  advance = (PetscBool)((flags & DEM_WITH_FAILURE) != 0), tries = (PetscBool)((flags & DEM_TRY_FAILURE) != 0);
   PetscReal       *F = copy + DEM_COPY_F * wide;
 
   for (PetscInt l = 0; l < crack->n_live[block]; l++) {
     const PetscInt  k = live[l];
     const int       i = model->bonds.ip[k], j = model->bonds.iq[k];
     const PetscReal old = crack->damage[k], *at_p = DemCopyAt(copy, i), *at_q = DemCopyAt(copy, j), eps_p = at_p[DEM_AT_E], eps_q = at_q[DEM_AT_E];
-    PetscReal      *fp = F + DEM_FORCE_ALL * i, *fq = F + DEM_FORCE_ALL * j, t[3], sp[3], sq[3];
+    PetscReal      *fp = F + DEM_FORCE_ALL * i, *fq = F + DEM_FORCE_ALL * j, t[3], sp[3], sq[3], now = old;
+    DemTooth        tooth;
+    unsigned char   mode;
     Bond            bond;
 
-    if (!advance && old <= 0) continue;
+    if (!advance && !tries && old <= 0) continue;
     BondState(model, k, at_p, at_q, &bond);
-    if (advance && old < 1) Damage(model, k, at_p, &bond, eps_p, eps_q);
-    if (crack->damage[k] > old) { /* take off what the pass over all bonds gave too much */
-      const PetscReal off = -(crack->damage[k] - old) * model->bonds.k[k], g2 = 2 * model->g_shear, ep = off * lambda * eps_p, eq = off * lambda * eps_q;
+    if (advance && old < 1) {
+      Damage(model, block, k, at_p, &bond, eps_p, eps_q);
+      now = crack->damage[k];
+    } else if (tries && old < 1) {
+      now              = DamageNow(model, k, at_p, &bond, eps_p, eps_q, PETSC_FALSE, &mode, &tooth);
+      crack->margin[k] = tooth.margin;
+      crack->beyond[k] = tooth.beyond;
+    }
+    if (now > old) { /* take off what the pass over all bonds gave too much */
+      const PetscReal off = -(now - old) * model->bonds.k[k], g2 = 2 * model->g_shear, ep = off * lambda * eps_p, eq = off * lambda * eps_q;
 
-      model->bonds.now[k] = (1 - crack->damage[k]) * model->bonds.k[k];
+      if (advance) model->bonds.now[k] = (1 - now) * model->bonds.k[k];
       for (PetscInt c = 0; c < 3; c++) {
         t[c]  = off * g2 * bond.gap[c] + ep * bond.a[c] - eq * bond.b[c];
         sp[c] = t[c] - ep * bond.gap[c];
@@ -332,7 +376,7 @@ void DemCracksForce_Internal(DemModel model, PetscInt block, PetscReal *copy, Pe
       DemAddMoment(bond.a, sp, 1, fp);
       DemAddMoment(bond.b, sq, -1, fq);
     }
-    if (crack->damage[k] > 0 && ClosedForce(model, k, at_p, at_q, &bond, advance, t, NULL)) {
+    if (now > 0 && ClosedForce(model, k, at_p, at_q, &bond, now, advance, t, NULL)) {
       PetscReal ap[3]; /* normal and slip turn with p: its arm goes across the gap, so that the spring is conservative and the couple on the pair exact */
 
       for (PetscInt c = 0; c < 3; c++) {
@@ -359,266 +403,7 @@ PetscReal DemCracksEnergy_Internal(DemModel model, PetscInt block, PetscReal *co
 
     if (model->crack.damage[k] <= 0) continue;
     BondState(model, k, at_p, at_q, &bond);
-    if (ClosedForce(model, k, at_p, at_q, &bond, PETSC_FALSE, force, &closed)) sum += closed;
+    if (ClosedForce(model, k, at_p, at_q, &bond, model->crack.damage[k], PETSC_FALSE, force, &closed)) sum += closed;
   }
   return sum;
-}
-
-PetscReal DemMajorDirection_Internal(PetscInt dim, const PetscReal s[6], PetscReal e[3])
-{
-  if (dim == 2) {
-    const PetscReal mean = 0.5 * (s[0] + s[1]), half = 0.5 * (s[0] - s[1]), radius = PetscSqrtReal(half * half + s[3] * s[3]);
-    const PetscReal angle = 0.5 * PetscAtan2Real(s[3], half);
-
-    e[0] = PetscCosReal(angle);
-    e[1] = PetscSinReal(angle);
-    e[2] = 0;
-    return mean + radius;
-  }
-  PetscReal A[3][3] = {{s[0], s[3], s[5]}, {s[3], s[1], s[4]}, {s[5], s[4], s[2]}}, Q[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  PetscInt  big = 0;
-
-  for (int sweep = 0; sweep < 12; sweep++) /* Jacobi */
-    for (int p = 0; p < 2; p++)
-      for (int q = p + 1; q < 3; q++) {
-        if (A[p][q] == 0) continue;
-        const PetscReal theta = (A[q][q] - A[p][p]) / (2 * A[p][q]);
-        const PetscReal t = (theta >= 0 ? 1 : -1) / (PetscAbsReal(theta) + PetscSqrtReal(theta * theta + 1)), c = 1 / PetscSqrtReal(t * t + 1), sn = t * c;
-
-        for (int r = 0; r < 3; r++) {
-          const PetscReal x = A[r][p], y = A[r][q];
-
-          A[r][p] = c * x - sn * y;
-          A[r][q] = sn * x + c * y;
-        }
-        for (int r = 0; r < 3; r++) {
-          const PetscReal x = A[p][r], y = A[q][r], u = Q[r][p], v = Q[r][q];
-
-          A[p][r] = c * x - sn * y;
-          A[q][r] = sn * x + c * y;
-          Q[r][p] = c * u - sn * v;
-          Q[r][q] = sn * u + c * v;
-        }
-      }
-  for (PetscInt c = 1; c < 3; c++)
-    if (A[c][c] > A[big][big]) big = c;
-  for (PetscInt c = 0; c < 3; c++) e[c] = Q[c][big];
-  return A[big][big];
-}
-
-static PetscReal LeastStrength(DemModel model)
-{
-  const DemStrength *s = &model->strength;
-
-  return (model->weak ? model->weakest : 1) * PetscMin(s->tensile > 0 ? s->tensile : PETSC_MAX_REAL, s->shear > 0 ? s->shear : PETSC_MAX_REAL);
-}
-
-/* Stress x volume of block b's own particles and halo slots, from the bonds as they stand. A bond that carries much by itself is
-   marked: the mean stress of a particle with few bonds, or with a couple on it, can be small against the traction of one facet. */
-static void BlockStress(DemModel model, PetscInt b, PetscReal *sum)
-{
-  const DemBlocks *blocks = &model->blocks;
-  const DemBonds  *bonds = &model->bonds;
-  const PetscInt   n = model->n, first = blocks->first[b], own = blocks->first[b + 1] - first, all = own + blocks->halo_start[b + 1] - blocks->halo_start[b];
-  const PetscReal  wake = DEM_STRESS_WAKE * LeastStrength(model);
-
-  for (PetscInt i = 0; i < 6 * all; i++) sum[i] = 0;
-  for (PetscInt k = blocks->bond[b]; k < blocks->bond[b + 1]; k++) {
-    const PetscInt  p = bonds->p[k], q = bonds->q[k];
-    const PetscReal stiff = bonds->now[k], ep = model->lambda * model->dilation[p], eq = model->lambda * model->dilation[q];
-    PetscReal       ra[3] = {0}, rb[3] = {0}, y[3] = {0}, ta[3], tb[3], t[3] = {0};
-
-    for (PetscInt c = 0; c < model->dim; c++) {
-      ra[c] = bonds->arm[c * bonds->n + k];
-      y[c]  = model->x0[c * n + q] - model->x0[c * n + p];
-      rb[c] = ra[c] - y[c];
-    }
-    DemTurn(model->dim, n, p, model->rot, ra, ta);
-    DemTurn(model->dim, n, q, model->rot, rb, tb);
-    for (PetscInt c = 0; c < model->dim; c++) {
-      ra[c] += ta[c];
-      rb[c] += tb[c];
-      t[c] = stiff * (2 * model->g_shear * (model->u[c * n + q] - model->u[c * n + p] + tb[c] - ta[c]) + ep * ra[c] - eq * rb[c]);
-    }
-    if (!(model->crack.state[k] & DEM_BOND_KEPT) && Dot3(t, t) > wake * wake * stiff * stiff * Dot3(y, y)) model->crack.state[k] |= DEM_BOND_LOADED; /* area = k d */
-    for (PetscInt side = 0; side < 2; side++) {
-      PetscReal       *s = sum + 6 * (side ? bonds->iq[k] : bonds->ip[k]), sign = side ? -1 : 1;
-      const PetscReal *r = side ? rb : ra;
-
-      for (PetscInt c = 0; c < 3; c++) s[c] += sign * t[c] * r[c];
-      s[3] += 0.5 * sign * (t[0] * r[1] + t[1] * r[0]);
-      s[4] += 0.5 * sign * (t[1] * r[2] + t[2] * r[1]);
-      s[5] += 0.5 * sign * (t[2] * r[0] + t[0] * r[2]);
-    }
-  }
-  for (PetscInt i = 0; i < own; i++) {
-    const DemWalls *w = &model->walls;
-    PetscReal      *s = sum + 6 * i;
-
-    if (w->n)
-      for (PetscInt f = w->start[first + i]; f < w->start[first + i + 1]; f++) {
-        const PetscReal *r = w->arm + 3 * f;
-        PetscReal        t[3];
-
-        DemFacetForce_Internal(model, f, t);
-        for (PetscInt c = 0; c < 3; c++) s[c] += t[c] * r[c];
-        s[3] += 0.5 * (t[0] * r[1] + t[1] * r[0]);
-        s[4] += 0.5 * (t[1] * r[2] + t[2] * r[1]);
-        s[5] += 0.5 * (t[2] * r[0] + t[0] * r[2]);
-      }
-    for (PetscInt c = 0; c < 6; c++) model->crack.stress[6 * (first + i) + c] = s[c];
-  }
-  for (PetscInt i = own; i < all; i++)
-    for (PetscInt c = 0; c < 6; c++) model->crack.slot_stress[6 * (blocks->halo_start[b] + i - own) + c] = sum[6 * i + c];
-}
-
-/* Which intact bonds of block b are worth watching, and their opening direction.  Eq. (4.20) */
-static void BlockLook(DemModel model, PetscInt b)
-{
-  const DemBonds    *bonds = &model->bonds;
-  const PetscInt     n = model->n;
-  DemCrackState     *crack = &model->crack;
-  PetscInt          *live = crack->live + model->blocks.bond[b], n_live = 0;
-
-  for (PetscInt k = model->blocks.bond[b]; k < model->blocks.bond[b + 1]; k++) {
-    const PetscInt  p = bonds->p[k], q = bonds->q[k];
-    const PetscReal volume = model->volume[p] + model->volume[q];
-    const PetscBool loaded = (PetscBool)((crack->state[k] & DEM_BOND_LOADED) != 0);
-    PetscReal       s[6], norm = 0, e[3], r[3];
-
-    if (crack->state[k] & DEM_BOND_KEPT) continue;
-    if (crack->damage[k] > 0) {
-      live[n_live++] = k;
-      if (!crack->limit || crack->limit[k] != 0) continue;
-    }
-    for (PetscInt c = 0; c < 6; c++) {
-      s[c] = (crack->stress[6 * p + c] + crack->stress[6 * q + c]) / volume;
-      norm += (c < 3 ? 1 : 2) * s[c] * s[c];
-    }
-    if (crack->limit && crack->limit[k] == 0) {
-      PetscReal value[3];
-
-      DemPrincipalValues(model->dim, s, value);
-      if (DemMohrCoulomb(value, model->strength.mu_static, model->strength.shear) >= 1) crack->limit[k] = -1;
-    }
-    if (crack->damage[k] > 0) continue;
-    norm            = PetscSqrtReal(norm);
-    if (!(crack->state[k] & DEM_BOND_WATCHED)) crack->release[k] = 0;
-    crack->state[k] = 0;
-    if (!loaded && norm < DEM_STRESS_WAKE * LeastStrength(model)) continue;
-    crack->state[k] = DEM_BOND_WATCHED;
-    live[n_live++]  = k;
-    for (PetscInt c = 0; c < 3; c++) r[c] = c < model->dim ? model->x0[c * n + q] - model->x0[c * n + p] : 0;
-    PetscReal turned[3];
-
-    if (model->crack_plane) {
-      const PetscReal d = PetscSqrtReal(Dot3(r, r));
-
-      DemTurn(model->dim, n, p, model->rot, r, turned);
-      for (PetscInt c = 0; c < 3; c++) e[c] = (r[c] + turned[c]) / d;
-    } else (void)DemMajorDirection_Internal(model->dim, s, e);
-
-    DemTurn(model->dim, n, p, model->rot, r, turned);
-    if (Dot3(e, r) + Dot3(e, turned) < 0)
-      for (PetscInt c = 0; c < 3; c++) e[c] = -e[c];
-    /* kept with particle p; its inverse rotation */
-    if (model->dim == 2) {
-      const PetscReal sn = model->rot[p], cs = 1 + model->rot[n + p];
-
-      crack->e[3 * k]     = cs * e[0] + sn * e[1];
-      crack->e[3 * k + 1] = -sn * e[0] + cs * e[1];
-      crack->e[3 * k + 2] = 0;
-    } else {
-      const PetscReal inverse[4] = {model->rot[p], -model->rot[n + p], -model->rot[2 * n + p], -model->rot[3 * n + p]};
-
-      DemTurn(3, 1, 0, inverse, e, turned);
-      for (PetscInt c = 0; c < 3; c++) crack->e[3 * k + c] = e[c] + turned[c];
-    }
-  }
-  crack->n_live[b] = n_live;
-  crack->awake[b]  = n_live > 0;
-}
-
-PetscErrorCode DemCracksLook_Internal(DemModel model)
-{
-  const DemBlocks *blocks = &model->blocks;
-  PetscErrorCode   code   = PETSC_SUCCESS;
-
-  PetscFunctionBegin;
-#pragma omp parallel num_threads((int)model->threads)
-  {
-    PetscReal *sum = model->scratch[omp_get_thread_num()];
-
-#pragma omp for schedule(static)
-    for (PetscInt b = 0; b < blocks->n_blocks; b++) BlockStress(model, b, sum);
-#pragma omp for schedule(static)
-    for (PetscInt p = 0; p < model->own; p++)
-      for (PetscInt s = blocks->slot_start[p]; s < blocks->slot_start[p + 1]; s++)
-        for (PetscInt c = 0; c < 6; c++) model->crack.stress[6 * p + c] += model->crack.slot_stress[6 * blocks->slot[s] + c];
-    if (model->ranks) { /* of the ghosts, from their owners */
-#pragma omp master
-      code = DemHaloStress_Internal(model, model->crack.stress);
-#pragma omp barrier
-    }
-#pragma omp for schedule(static)
-    for (PetscInt b = 0; b < blocks->n_blocks; b++) BlockLook(model, b);
-  }
-  PetscCall(code);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode DemSetUpCracks_Internal(DemModel model)
-{
-  const PetscInt     m = model->bonds.n, n = model->n, slots = model->blocks.halo_start[model->blocks.n_blocks];
-  const DemStrength *s = &model->strength;
-  DemCrackState     *crack = &model->crack;
-  PetscReal          longest = 0, tension, shear;
-
-  PetscFunctionBegin;
-  if (model->net) PetscCall(DemRuleCheckLaw_Internal(model));
-  for (PetscInt k = 0; k < m && !model->net; k++) {
-    PetscReal d = 0;
-
-    if (model->breakable && !model->breakable[model->bonds.facet[k]]) continue;
-    for (PetscInt c = 0; c < model->dim; c++) d += PetscSqr(model->x0[c * n + model->bonds.q[k]] - model->x0[c * n + model->bonds.p[k]]);
-    longest = PetscMax(longest, PetscSqrtReal(d));
-  }
-  tension = s->tensile > 0 && !model->net ? DemSofteningLongest(s, model->g_shear) : PETSC_MAX_REAL;
-  shear   = s->shear > 0 && !model->net ? DemShearLongest(s, model->g_shear) : PETSC_MAX_REAL;
-  BaseCheckInput(longest < tension, model->comm, "The particles are too far apart for the softening curve: the longest bond is %g mm, the curve allows %g mm (smaller particles, or a larger fracture_energy)",
-                 1e3 * (double)longest, 1e3 * (double)tension);
-  BaseCheckInput(longest < shear, model->comm, "The particles are too far apart for the shear softening: the longest bond is %g mm, the curve allows %g mm (smaller particles, or a larger fracture_energy_shear)",
-                 1e3 * (double)longest, 1e3 * (double)shear);
-  PetscCall(PetscCalloc7(m, &crack->damage, 3 * m, &crack->e, 3 * m, &crack->slip, m, &crack->work, m, &crack->rub, m, &crack->time, m, &crack->release));
-  PetscCall(PetscCalloc6(m, &crack->state, model->blocks.n_blocks, &crack->awake, 6 * n, &crack->stress, 6 * slots, &crack->slot_stress, slots, &crack->slot_v, n, &crack->volume));
-  PetscCall(PetscCalloc3(m, &model->bonds.now, m, &crack->live, model->blocks.n_blocks, &crack->n_live));
-  PetscCall(PetscArraycpy(model->bonds.now, model->bonds.k, m));
-  PetscCall(PetscArrayzero(crack->n_live, model->blocks.n_blocks));
-  if (s->nonlocal && s->shear > 0 && !model->net) PetscCall(PetscCalloc1(m, &crack->limit));
-  for (PetscInt k = 0; k < m; k++) {
-    if (model->breakable && model->bonds.facet[k] >= 0 && !model->breakable[model->bonds.facet[k]]) crack->state[k] = DEM_BOND_KEPT;
-    if (model->group && model->group[model->at[model->bonds.p[k]]] != model->group[model->at[model->bonds.q[k]]]) { /* broken from the start */
-      crack->damage[k] = 1;
-      crack->state[k]  = DEM_BOND_APART;
-      model->bonds.now[k] = 0;
-    }
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode DemCracksDestroy_Internal(DemModel model)
-{
-  DemCrackState *crack = &model->crack;
-
-  PetscFunctionBegin;
-  PetscCall(PetscFree7(crack->damage, crack->e, crack->slip, crack->work, crack->rub, crack->time, crack->release));
-  PetscCall(PetscFree6(crack->state, crack->awake, crack->stress, crack->slot_stress, crack->slot_v, crack->volume));
-  if (crack->live) PetscCall(PetscFree3(model->bonds.now, crack->live, crack->n_live));
-  PetscCall(PetscFree(crack->limit));
-  PetscCall(PetscFree(crack->facet));
-  for (PetscInt c = 0; c < 7; c++) PetscCall(PetscFree(crack->list[c]));
-  PetscCall(PetscFree(crack->mode));
-  PetscCall(PetscFree(crack->bond));
-  PetscCall(PetscFree(crack->place));
-  PetscFunctionReturn(PETSC_SUCCESS);
 }

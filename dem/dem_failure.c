@@ -47,6 +47,65 @@ PetscReal DemSofteningOpening(const DemStrength *s, PetscReal k, PetscReal stres
   return w;
 }
 
+PetscReal DemSofteningAt(const DemStrength *s, PetscReal k, PetscReal D)
+{
+  const PetscReal st = s->tensile, w2 = DemSofteningEnd(s), w1 = s->knee_opening * s->fracture_energy / st, w0 = s->fracture_energy / st;
+  PetscReal       w = 0;
+
+  /* (1 - D)(t + k w) = t on each straight piece t = st - a w */
+  if (s->softening == DEM_SOFTENING_LINEAR) return D * st / ((1 - D) * k + D * st / w2);
+  if (s->softening == DEM_SOFTENING_BILINEAR) {
+    const PetscReal b = s->knee_stress * st / (w2 - w1);
+
+    w = D * st / ((1 - D) * k + D * (1 - s->knee_stress) * st / w1);
+    return w <= w1 ? w : D * b * w2 / ((1 - D) * k + D * b);
+  }
+  if (D >= 1) return PETSC_MAX_REAL;
+  for (int it = 0; it < 100; it++) { /* (1 - D) k w = D t: convex, from the left */
+    const PetscReal t = st * PetscExpReal(-w / w0), step = (D * t - (1 - D) * k * w) / (D * t / w0 + (1 - D) * k);
+
+    w += step;
+    if (PetscAbsReal(step) < 1e-14 * w0) break;
+  }
+  return w;
+}
+
+PetscReal DemSofteningInverse(const DemStrength *s, PetscReal t)
+{
+  const PetscReal st = s->tensile, w2 = DemSofteningEnd(s), w1 = s->knee_opening * s->fracture_energy / st;
+
+  if (s->softening == DEM_SOFTENING_EXPONENTIAL) return -s->fracture_energy / st * PetscLogReal(t / st);
+  if (s->softening == DEM_SOFTENING_LINEAR) return w2 * (1 - t / st);
+  if (t >= s->knee_stress * st) return w1 * (1 - t / st) / (1 - s->knee_stress);
+  return w2 - (w2 - w1) * t / (s->knee_stress * st);
+}
+
+DemTooth DemToothOf(const DemStrength *curve, PetscReal k, PetscReal s, PetscReal D)
+{
+  const PetscReal st = curve->tensile, band = D > 0 ? DEM_TOOTH_WAIT : DEM_TOOTH_FIRST;
+  DemTooth        tooth = {.damage = D, .margin = (1 - D) * s / st - 1 - band};
+  PetscReal       t, now, before, w;
+
+  if (D >= 1) tooth.margin = -1;
+  if (s <= st || D >= 1) return tooth;
+  t            = DemSofteningStress(curve, DemSofteningOpening(curve, k, s));
+  tooth.margin = ((1 - D) * s - t * (1 + band)) / st;
+  if (tooth.margin <= 0) return tooth;
+  tooth.beyond = (1 - D) * s / PetscMax(t, DEM_TOOTH_LAST * st);
+  w            = DemSofteningAt(curve, k, D);
+  before       = DemSofteningStress(curve, w) + k * w;
+  tooth.damage = PetscMax(D, 1 - (1 - DEM_TOOTH_CUT) * t / s);
+  w            = DemSofteningAt(curve, k, tooth.damage);
+  t            = DemSofteningStress(curve, w);
+  now          = t + k * w;
+  if (t <= DEM_TOOTH_LAST * st) { /* the last one takes what is left under the curve */
+    now          = curve->softening == DEM_SOFTENING_EXPONENTIAL ? 2 * k * curve->fracture_energy / st + before - DemSofteningStress(curve, DemSofteningAt(curve, k, D)) : k * DemSofteningEnd(curve);
+    tooth.damage = 1;
+  }
+  tooth.law = before * now / (s * s);
+  return tooth;
+}
+
 PetscReal DemSofteningLongest(const DemStrength *s, PetscReal g_shear)
 {
   const PetscReal st = s->tensile, w2 = DemSofteningEnd(s), w1 = s->knee_opening * s->fracture_energy / st;

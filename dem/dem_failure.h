@@ -34,6 +34,23 @@ PetscReal DemSofteningEnd(const DemStrength *strength);
 PetscReal DemSofteningStress(const DemStrength *strength, PetscReal w);
 /* Opening at which t(w) + k w = s, k [Pa/m] the facet's unloading stiffness; s > sigma_t.  Eq. (4.23) */
 PetscReal DemSofteningOpening(const DemStrength *strength, PetscReal k, PetscReal s);
+/* A curve cut into teeth, for load steps: a facet of broken fraction D waits until it carries more than its curve by a part of it, and then falls
+   below the curve by another.  Eq. (4.84) */
+#define DEM_TOOTH_FIRST 0.002 /* beyond the strength, of the first tooth: what lifts a peak; */
+#define DEM_TOOTH_WAIT  0.02  /* beyond the curve, of every other */
+#define DEM_TOOTH_CUT   0.03  /* below what the curve carries */
+#define DEM_TOOTH_LAST  0.02  /* of the strength: no further tooth */
+typedef struct {
+  PetscReal damage; /* after the tooth, or D */
+  PetscReal margin; /* carried above the curve, less the band, in strengths; the tooth is cut when > 0 */
+  PetscReal beyond; /* carried over what the curve carries: the tooth that is furthest beyond goes first; 0 without one */
+  PetscReal law;    /* the curve's part of Y (D' - D).  Eq. (4.86) */
+} DemTooth;
+
+DemTooth DemToothOf(const DemStrength *curve, PetscReal k, PetscReal s, PetscReal damage); /* s: what the whole facet would carry [Pa] */
+/* Opening at which the curve's facet has lost D; opening at which it carries t.  */
+PetscReal DemSofteningAt(const DemStrength *strength, PetscReal k, PetscReal damage);
+PetscReal DemSofteningInverse(const DemStrength *strength, PetscReal t);
 /* Longest effective distance the curve allows, so that k stays above its steepest slope [m].  Eq. (4.24) */
 PetscReal DemSofteningLongest(const DemStrength *strength, PetscReal g_shear);
 PetscReal DemShearLongest(const DemStrength *strength, PetscReal g_shear);

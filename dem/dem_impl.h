@@ -87,7 +87,7 @@ typedef struct {
   PetscReal *rim_x, *rim_u, *rim_f; /* [n_rim][3] */
 } DemWalls;
 
-typedef enum { DEM_WITH_LOADS = 1, DEM_WITH_FAILURE = 2 } DemForceFlags;
+typedef enum { DEM_WITH_LOADS = 1, DEM_WITH_FAILURE = 2, DEM_TRY_FAILURE = 4 /* forces as damage would have them, but nothing has happened */ } DemForceFlags;
 
 #define DEM_STRESS_EVERY  10   /* steps between looks at the principal stress of intact bonds */
 #define DEM_STRESS_WAKE   0.4  /* a bond is watched once its stress passes this fraction of a strength */
@@ -110,6 +110,10 @@ typedef struct {
   PetscReal     *slot_v; /* [slots] condensed volume of damaged facets */
   PetscReal     *volume; /* [particles] condensed volume of damaged facets now.  Eq. (4.4) */
   PetscInt       steps;  /* since the last look */
+  PetscReal     *margin; /* [n] of the last trial, as in DemTooth; NULL unless steps are static, like the next three */
+  PetscReal     *beyond; /* [n] */
+  unsigned char *due;    /* [n] its tooth is cut when failure is next counted */
+  PetscReal     *excess; /* [blocks] set free by teeth cut since it was last cleared [J] */
   PetscInt      *live;   /* [n] bonds of each block that are watched or damaged, from the block's first bond on */
   PetscInt      *n_live; /* [blocks] */
   /* list for DemModelGetCracks */
@@ -436,6 +440,7 @@ PetscErrorCode DemStaticStep_Internal(void *ctx, PetscReal t, PetscReal dt);
 PetscReal     *DemStaticReference_Internal(DemModel model); /* what a checkpoint keeps: out-of-balance [N] */
 
 /* dem_step.c */
+PetscErrorCode DemBook_Internal(DemModel model); /* work of supports and loads since DemModelAdvance() */
 PetscErrorCode DemStep_Internal(void *ctx, PetscReal t, PetscReal dt);
 
 /* couple += scale (a x b): moment of a force b at arm a, in a record of what a particle feels */

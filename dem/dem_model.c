@@ -396,8 +396,8 @@ PetscErrorCode DemModelSetUp(DemModel model)
 
     PetscCallMPI(MPI_Comm_size(model->comm, &ranks));
     BaseCheckInput(ranks == 1, model->comm, "Static load steps of particles run on one rank: use threads");
-    BaseCheckInput(model->bonded && !model->crack.damage && !model->contacts.on && !model->n_tools && !model->rule.poisson_term && !model->weight_mass, model->comm,
-                   "Static load steps are for bonded particles that cannot break, without contacts, tools, the Poisson term and a coupling");
+    BaseCheckInput(model->bonded && !(model->net && model->crack.damage) && !model->contacts.on && !model->n_tools && !model->rule.poisson_term && !model->weight_mass, model->comm,
+                   "Static load steps are for bonded particles that are elastic, or break by law: cohesive; without contacts, tools, the Poisson term and a coupling");
     PetscCall(DemStaticCreate_Internal(model));
   }
   if (model->n_tools) PetscCall(DemToolsSetUp_Internal(model));

@@ -4,33 +4,18 @@
   The tangent is the model's own force function, differenced along a direction, so whatever acts is counted and nothing is assembled;
   each of its systems is solved by PETSc's conjugate gradients. Rotations are increments upon the particles' own, however far they have turned.
 */
-#include "dem_rule.h"
-#include <petscksp.h>
+#include "dem_static_impl.h"
 
 #define STATIC_RESIDUAL 1e-8 /* of the largest out-of-balance a load step began with */
 #define STATIC_NEWTON   60
 #define STATIC_TURN     0.1  /* [rad] largest rotation in one round: far from equilibrium the tangent says little */
 #define STATIC_MOTION   1e-7 /* largest motion of a difference, in mean radii: far above rounding, far below what bends the force */
-
-struct _n_DemStatic {
-  Vec        x, b;
-  Mat        K;
-  KSP        ksp;
-  PetscReal *u, *rot;   /* [3][n], [4][n] where the step linearises */
-  PetscReal *f;         /* [unknowns] forces there */
-  PetscReal *diagonal;  /* [unknowns] */
-  PetscReal  radius;    /* mean [m] */
-  PetscReal  reference; /* largest out-of-balance a step began with [N] */
-  PetscInt   products;  /* force evaluations in K's place, so far */
-};
-
-static PetscInt Unknowns(DemModel model)
-{
-  return (model->dim + model->nrot) * model->n;
-}
+#define STATIC_MORE     20   /* iterations beyond the first solve's that make a new factor worth its while */
+#define FACTOR_MOST_2D  600000 /* unknowns up to which springs are factored */
+#define FACTOR_MOST_3D  60000
 
 /* The state of the step moved by scale x v: displacement [dim][n], then rotation vector [nrot][n]. */
-static void MoveTo(DemModel model, PetscReal scale, const PetscReal *v)
+void DemStaticMoveTo_Internal(DemModel model, PetscReal scale, const PetscReal *v)
 {
   const PetscInt  n = model->n, dim = model->dim;
   DemStatic       s = model->statics;
@@ -58,7 +43,7 @@ static void MoveTo(DemModel model, PetscReal scale, const PetscReal *v)
 }
 
 /* Forces and couples now; their norm, couples over the mean radius [N]. */
-static PetscReal Forces(DemModel model, PetscReal *f)
+PetscReal DemStaticForces_Internal(DemModel model, PetscReal *f)
 {
   const PetscInt n = model->n, dim = model->dim;
   PetscReal      sum = 0;
@@ -86,16 +71,16 @@ static PetscErrorCode Product(Mat K, Vec X, Vec Y)
   PetscCall(MatShellGetContext(K, &model));
   s = model->statics;
   PetscCall(VecGetArrayRead(X, &x));
-  for (PetscInt i = 0, n = model->dim * model->n; i < Unknowns(model); i++) most = PetscMax(most, PetscAbsReal(x[i]) * (i < n ? 1 : s->radius));
+  for (PetscInt i = 0, n = model->dim * model->n; i < DemStaticUnknowns(model); i++) most = PetscMax(most, PetscAbsReal(x[i]) * (i < n ? 1 : s->radius));
   if (most > 0) {
     const PetscReal scale = STATIC_MOTION * s->radius / most;
 
-    MoveTo(model, scale, x);
+    DemStaticMoveTo_Internal(model, scale, x);
     PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
     s->products++;
     PetscCall(VecGetArrayWrite(Y, &y));
-    (void)Forces(model, y);
-    for (PetscInt i = 0; i < Unknowns(model); i++) y[i] = (s->f[i] - y[i]) / scale;
+    (void)DemStaticForces_Internal(model, y);
+    for (PetscInt i = 0; i < DemStaticUnknowns(model); i++) y[i] = (s->f[i] - y[i]) / scale;
     PetscCall(VecRestoreArrayWrite(Y, &y));
   } else PetscCall(VecZeroEntries(Y));
   PetscCall(VecRestoreArrayRead(X, &x));
@@ -110,7 +95,7 @@ static PetscErrorCode Diagonal(Mat K, Vec D)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(K, &model));
   PetscCall(VecGetArrayWrite(D, &d));
-  PetscCall(PetscArraycpy(d, model->statics->diagonal, Unknowns(model)));
+  PetscCall(PetscArraycpy(d, model->statics->diagonal, DemStaticUnknowns(model)));
   PetscCall(VecRestoreArrayWrite(D, &d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -123,7 +108,7 @@ static void SetDiagonal(DemModel model)
   const PetscInt  n = model->n, dim = model->dim;
   PetscReal      *d = model->statics->diagonal;
 
-  for (PetscInt i = 0; i < Unknowns(model); i++) d[i] = 0;
+  for (PetscInt i = 0; i < DemStaticUnknowns(model); i++) d[i] = 0;
   for (PetscInt e = 0; e < bonds->n; e++)
     for (PetscInt side = 0; side < 2; side++) {
       const PetscInt  p = side ? bonds->q[e] : bonds->p[e];
@@ -143,14 +128,15 @@ static void SetDiagonal(DemModel model)
     for (PetscInt c = 0; c < dim; c++) d[c * n + p] += k;
     for (PetscInt c = 0; c < model->nrot; c++) d[(dim + c) * n + p] += k * arm;
   }
-  for (PetscInt i = 0; i < Unknowns(model); i++)
+  for (PetscInt i = 0; i < DemStaticUnknowns(model); i++)
     if (d[i] <= 0) d[i] = model->g_shear * model->statics->radius; /* a particle that nothing holds, and nothing moves */
 }
 
 PetscErrorCode DemStaticCreate_Internal(DemModel model)
 {
-  const PetscInt n = model->n, all = Unknowns(model);
+  const PetscInt n = model->n, all = DemStaticUnknowns(model);
   DemStatic      s;
+  PetscBool      factors;
   PC             pc;
 
   PetscFunctionBegin;
@@ -168,10 +154,16 @@ PetscErrorCode DemStaticCreate_Internal(DemModel model)
   PetscCall(KSPSetOperators(s->ksp, s->K, s->K));
   PetscCall(KSPSetType(s->ksp, KSPCG));
   PetscCall(KSPGetPC(s->ksp, &pc));
-  PetscCall(PCSetType(pc, PCJACOBI));
+  if (all <= (model->dim == 2 ? FACTOR_MOST_2D : FACTOR_MOST_3D)) {
+    PetscCall(PCSetType(pc, PCCHOLESKY));
+    PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERCHOLMOD));
+  } else PetscCall(PCSetType(pc, PCJACOBI));
   PetscCall(KSPSetNormType(s->ksp, KSP_NORM_UNPRECONDITIONED));
   PetscCall(KSPSetFromOptions(s->ksp));
   SetDiagonal(model);
+  if (model->crack.damage) PetscCall(PetscMalloc1(all, &s->held));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCCHOLESKY, &factors));
+  if (factors) PetscCall(DemStaticSprings_Internal(model, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -185,35 +177,74 @@ PetscErrorCode DemStaticDestroy_Internal(DemModel model)
   PetscCall(VecDestroy(&s->x));
   PetscCall(VecDestroy(&s->b));
   PetscCall(MatDestroy(&s->K));
+  PetscCall(MatDestroy(&s->springs));
+  PetscCall(PetscFree(s->held));
   PetscCall(KSPDestroy(&s->ksp));
   PetscCall(PetscFree(model->statics));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One Newton step from the state at hand, whose out-of-balance is `size`. */
-static PetscErrorCode Newton(DemModel model, PetscReal size)
+/* The tangent's answer to the forces s->f at the state at hand, which becomes the one to move from; most: iterations after which any way down will do, 0: none. */
+PetscErrorCode DemStaticSolve_Internal(DemModel model, PetscReal rtol, PetscInt most)
 {
   DemStatic          s = model->statics;
   PetscReal         *b;
-  const PetscReal   *x;
-  PetscReal          turn = 0;
+  PetscInt           its;
   KSPConvergedReason reason;
 
   PetscFunctionBegin;
   PetscCall(PetscArraycpy(s->u, model->u, 3 * model->n));
   PetscCall(PetscArraycpy(s->rot, model->rot, 4 * model->n));
   PetscCall(VecGetArrayWrite(s->b, &b));
-  PetscCall(PetscArraycpy(b, s->f, Unknowns(model)));
+  PetscCall(PetscArraycpy(b, s->f, DemStaticUnknowns(model)));
   PetscCall(VecRestoreArrayWrite(s->b, &b));
-  PetscCall(KSPSetTolerances(s->ksp, PetscMax(1e-6, 0.1 * STATIC_RESIDUAL * s->reference / size), PETSC_DEFAULT, PETSC_DEFAULT, 20 * Unknowns(model)));
+  PetscCall(KSPSetTolerances(s->ksp, rtol, PETSC_DEFAULT, PETSC_DEFAULT, most ? most : 20 * DemStaticUnknowns(model)));
   PetscCall(KSPSolve(s->ksp, s->b, s->x));
   PetscCall(KSPGetConvergedReason(s->ksp, &reason));
+  PetscCall(KSPGetIterationNumber(s->ksp, &its));
+  if (most && reason < 0) { /* pieces that just touch push on one side alone, no tangent is theirs: the springs' own way is down whatever happens */
+    PetscReal down;
+
+    PetscCall(VecDot(s->b, s->x, &down));
+    if (!(down > 0)) {
+      PC pc;
+
+      PetscCall(KSPGetPC(s->ksp, &pc));
+      PetscCall(PCApply(pc, s->b, s->x));
+    }
+  }
+  PetscCall(PetscArraycpy(model->u, s->u, 3 * model->n));
+  PetscCall(PetscArraycpy(model->rot, s->rot, 4 * model->n));
+  if (s->springs) {
+    PetscCall(KSPSetReusePreconditioner(s->ksp, PETSC_TRUE));
+    if (s->usual < 0) s->usual = its;
+    else if (its > s->usual + STATIC_MORE) PetscCall(DemStaticSprings_Internal(model, PETSC_FALSE));
+  }
+  /* Where the tangent has a direction of no stiffness the solver stops with what it has: a way down. Such rounds come to an end, or the load step says so. */
+  PetscCheck(reason > 0 || reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC || (most && reason == KSP_DIVERGED_ITS), model->comm, PETSC_ERR_NOT_CONVERGED, "The particles find no equilibrium in the load step to t = %.6g s (%s). The supports leave a loaded body free to move as one, or the load is more than it carries without buckling", (double)model->time, KSPConvergedReasons[reason]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest rotation of the solution [rad], over STATIC_TURN: by how much the motion is to be shortened, at least 1. */
+PetscReal DemStaticTooFar_Internal(DemModel model, const PetscReal *x)
+{
+  PetscReal turn = 0;
+
+  for (PetscInt i = model->dim * model->n; i < DemStaticUnknowns(model); i++) turn = PetscMax(turn, PetscAbsReal(x[i]));
+  return PetscMax(1, turn / STATIC_TURN);
+}
+
+/* One Newton step from the state at hand, whose out-of-balance is `size`. */
+static PetscErrorCode Newton(DemModel model, PetscReal size)
+{
+  DemStatic        s = model->statics;
+  const PetscReal *x;
+
+  PetscFunctionBegin;
+  PetscCall(DemStaticSolve_Internal(model, PetscMax(1e-6, 0.1 * STATIC_RESIDUAL * s->reference / size), 0));
   PetscCall(VecGetArrayRead(s->x, &x));
-  for (PetscInt i = model->dim * model->n; i < Unknowns(model); i++) turn = PetscMax(turn, PetscAbsReal(x[i]));
-  MoveTo(model, turn > STATIC_TURN ? STATIC_TURN / turn : 1, x);
+  DemStaticMoveTo_Internal(model, 1 / DemStaticTooFar_Internal(model, x), x);
   PetscCall(VecRestoreArrayRead(s->x, &x));
-  /* Where the tangent has a direction of no stiffness the solver stops with what it has: a way down. Such rounds come to an end, or DemStaticStep_Internal() says so. */
-  PetscCheck(reason > 0 || reason == KSP_DIVERGED_INDEFINITE_MAT, model->comm, PETSC_ERR_NOT_CONVERGED, "The particles find no equilibrium in the load step to t = %.6g s (%s). The supports leave a loaded body free to move as one, or the load is more than it carries without buckling", (double)model->time, KSPConvergedReasons[reason]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -224,12 +255,17 @@ PetscErrorCode DemStaticStep_Internal(void *ctx, PetscReal t, PetscReal dt)
   PetscReal size = 0;
 
   PetscFunctionBegin;
+  if (s->springs && model->started) PetscCall(DemStaticSprings_Internal(model, PETSC_FALSE)); /* of the state alone: a resumed run goes the same way */
+  if (model->crack.damage) {
+    PetscCall(DemStaticBreak_Internal(model, t, dt));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(DemModelAdvance(model, t, 0)); /* at rest nothing drifts: loads and supports alone go on */
   model->time = t + dt;
   DemFacesSetTime_Internal(model, model->time);
   for (PetscInt k = 0;; k++) {
     PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
-    size = Forces(model, s->f);
+    size = DemStaticForces_Internal(model, s->f);
     if (k == 0) s->reference = PetscMax(s->reference, size);
     if (size <= STATIC_RESIDUAL * s->reference) break;
     PetscCheck(k < STATIC_NEWTON, model->comm, PETSC_ERR_NOT_CONVERGED, "No equilibrium after %d rounds of Newton's method in the load step to t = %.6g s: out of balance by %.3g of what the step began with. The supports leave a loaded body free to move as one, or the load is more than it carries without buckling; or take more time.steps", STATIC_NEWTON,

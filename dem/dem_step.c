@@ -114,17 +114,12 @@ PetscErrorCode DemModelAdvance(DemModel model, PetscReal t, PetscReal dt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt)
+/* Work of supports and loads since the last state, by the forces at hand. */
+PetscErrorCode DemBook_Internal(DemModel model)
 {
   PetscReal work = 0;
 
   PetscFunctionBegin;
-  if (model->rain.rate > 0) PetscCall(DemRainFall_Internal(model));
-  PetscCall(DemForces_Internal(model, DEM_WITH_LOADS | DEM_WITH_FAILURE));
-  if (model->contacts.on) PetscCall(DemContactsForce_Internal(model, dt));
-  if (model->n_tools) PetscCall(DemToolsForce_Internal(model, dt));
-  if (model->contacts.n_gone) DemContactsStill_Internal(model);
-  DemClumpsGather_Internal(model);
   if (model->walls.n) {
     DemFacesReactions_Internal(model);
     for (PetscInt k = 0; k < model->n_faces; k++)
@@ -137,6 +132,19 @@ PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt)
   }
   model->work += work;
   model->work_in += PetscAbsReal(work);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemModelEvaluate(DemModel model, PetscReal dt)
+{
+  PetscFunctionBegin;
+  if (model->rain.rate > 0) PetscCall(DemRainFall_Internal(model));
+  PetscCall(DemForces_Internal(model, DEM_WITH_LOADS | DEM_WITH_FAILURE));
+  if (model->contacts.on) PetscCall(DemContactsForce_Internal(model, dt));
+  if (model->n_tools) PetscCall(DemToolsForce_Internal(model, dt));
+  if (model->contacts.n_gone) DemContactsStill_Internal(model);
+  DemClumpsGather_Internal(model);
+  PetscCall(DemBook_Internal(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

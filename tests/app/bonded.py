@@ -157,10 +157,32 @@ output: {history: {every: 0.25 s, quantities: [reaction(top), gauge]}}
     cleave("run", "rest.yaml", "--output", "cut_rest", "--resume", folder=folder)
     with open(os.path.join(folder, "rest", "history.csv"), "rb") as a, open(os.path.join(folder, "cut_rest", "history.csv"), "rb") as b:
         check(a.read() == b.read(), "load steps differ after a resume")
+    torn = """\
+time: {end: 1 s, method: static, steps: 30}
+dimension: 2
+materials: {rock: {density: 2500 kg/m3, young: 30 GPa, poisson: 0.2, law: cohesive, tensile_strength: 4 MPa, fracture_energy: 20 J/m2}}
+bodies: {bar: {geometry: {box: {size: [60 mm, 20 mm]}}, method: dem, material: rock, dem: {packing: {count: 300, spread: 0.2, seed: 1}}}}
+conditions:
+  - {group: xmin, fix: x}
+  - {group: xmax, displacement: {x: {ramp: {to: 0.015 mm, over: 1 s}}}}
+output: {fields: {every: 0.5 s, names: [damage, fragment]}, history: {every: 0.03333333333333333 s, quantities: [reaction(xmax)]}}
+"""
+    with open(os.path.join(folder, "torn.yaml"), "w") as file:
+        file.write(torn)
+    cleave("run", "torn.yaml", "--output", "torn", "--threads", "1", folder=folder)
+    rows, cracks = table(folder, "torn", "history.csv"), table(folder, "torn", "cracks.csv")
+    peak = rows["reaction(xmax).x"].max() / (4e6 * 0.02)
+    check(0.95 < peak < 1.01 and abs(rows["reaction(xmax).x"][-1]) < 0.02 * 4e6 * 0.02 and 0.97 < rows["energy.fracture"][-1] / (20 * 0.02) < 1.1, "a bar torn in load steps", peak, rows["energy.fracture"][-1])
+    check((numpy.diff(rows["energy.fracture"]) >= 0).all() and rows["ledger_error"].max() < 0.01 and len(cracks["time"]) > 10, "its energies", rows["ledger_error"].max())
+    cleave("run", "torn.yaml", "--output", "cut_torn", "--stop-after", "17", "--threads", "2", folder=folder)
+    cleave("run", "torn.yaml", "--output", "cut_torn", "--resume", "--threads", "2", folder=folder)
+    for name in ("history.csv", "cracks.csv"):
+        with open(os.path.join(folder, "torn", name), "rb") as a, open(os.path.join(folder, "cut_torn", name), "rb") as b:
+            check(a.read() == b.read(), "load steps that break differ after a resume on two threads in", name)
     with open(os.path.join(folder, "breaks.yaml"), "w") as file:
-        file.write(text.replace("poisson: 0.2}", "poisson: 0.2, law: cohesive, tensile_strength: 4 MPa, fracture_energy: 20 J/m2}"))
+        file.write(torn.replace("law: cohesive, tensile_strength: 4 MPa, fracture_energy: 20 J/m2", "elasticity: onate2015, law: published, tensile_strength: 4 MPa, shear_strength: 8 MPa, delta_n: 5, delta_s: 5"))
     said = cleave("run", "breaks.yaml", "--output", "breaks", folder=folder, expect=2)
-    check("cannot break" in said and "breaks.yaml:2:" in said, "a static run that could break:", said)
+    check("breaks by law: cohesive" in said and "breaks.yaml:3:" in said, "a static run of the published law:", said)
 
 
 with tempfile.TemporaryDirectory() as scratch:
