@@ -57,7 +57,7 @@ PetscErrorCode DemContactsRoom_Internal(DemModel model, PetscInt room)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A bond that carries nothing any more and whose spheres no longer touch is none: its pair meets again as any other. */
+/* A bond that carries nothing any more is none, and its pair meets again as any other: when its spheres no longer touch, or its facet has slid or turned off. */
 static PetscInt PartBonds(DemModel model)
 {
   const PetscInt  n = model->n;
@@ -72,8 +72,10 @@ static PetscInt PartBonds(DemModel model)
     broken++;
     if (model->crack.state[e] & DEM_BOND_PARTED) continue;
     for (PetscInt d = 0; d < model->dim; d++) d2 += PetscSqr(model->x0[d * n + b->p[e]] + model->u[d * n + b->p[e]] - model->x0[d * n + b->q[e]] - model->u[d * n + b->q[e]]);
-    if (d2 <= PetscSqr(model->r[b->p[e]] + model->r[b->q[e]])) continue;
-    if (DemCrackClosed_Internal(model, e)) continue;
+    if (!(!model->net && model->crack.damage[e] == 1 && model->crack.release[e] == 1)) {
+      if (d2 <= PetscSqr(model->r[b->p[e]] + model->r[b->q[e]])) continue;
+      if (DemCrackClosed_Internal(model, e)) continue;
+    }
     model->crack.state[e] |= DEM_BOND_PARTED;
   }
   return broken;
@@ -238,14 +240,14 @@ static PetscErrorCode Partners(DemModel model, const Cells *cells, const PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Carry what the old pairs remember over to the new ones; both lists are sorted. */
+/* Carry what the old pairs remember over to the new ones, -1 for the offset of a pair that was none; both lists are sorted. */
 static void Remember(DemContacts *c, PetscInt m, const PetscInt *p, const PetscInt *q, const PetscReal *past, const PetscReal *roll, const unsigned char *met)
 {
   for (PetscInt k = 0, o = 0; k < c->m; k++) {
     while (o < m && (p[o] < c->p[k] || (p[o] == c->p[k] && q[o] < c->q[k]))) o++;
     const PetscBool same = (PetscBool)(o < m && p[o] == c->p[k] && q[o] == c->q[k]);
 
-    for (PetscInt i = 0; i < DEM_PAST; i++) c->past[DEM_PAST * k + i] = same ? past[DEM_PAST * o + i] : 0;
+    for (PetscInt i = 0; i < DEM_PAST; i++) c->past[DEM_PAST * k + i] = same ? past[DEM_PAST * o + i] : i == DEM_PAST_OFFSET ? -1 : 0;
     if (c->turns)
       for (PetscInt i = 0; i < 4; i++) c->roll[4 * k + i] = same ? roll[4 * o + i] : 0;
     c->met[k] = same ? met[o] : 0;
@@ -297,15 +299,18 @@ PetscErrorCode DemContactsSearch_Internal(DemModel model)
     }
   }
   Remember(c, m, p, q, past, roll, met);
-  if ((!c->searches || c->fresh) && !c->options.push) /* pairs that overlap at the start do so without force */
-    for (PetscInt k = 0; k < c->m; k++) {
-      PetscReal d2 = 0, overlap;
+  /* Pairs that overlap at the start do so without force, and so do those that what broke has made a pair. */
+  for (PetscInt k = 0; k < c->m; k++) {
+    const PetscBool begins = (PetscBool)((!c->searches || c->fresh) && !c->options.push && (!c->fresh || c->fresh[c->p[k]] || c->fresh[c->q[k]]));
+    PetscReal      *offset = &c->past[DEM_PAST * k + DEM_PAST_OFFSET], d2 = 0, overlap;
+    const PetscBool breaks = (PetscBool)(*offset < 0 && c->searches && model->bonds.n);
 
-      if (c->fresh && !c->fresh[c->p[k]] && !c->fresh[c->q[k]]) continue;
-      for (PetscInt d = 0; d < model->dim; d++) d2 += PetscSqr(model->x0[d * n + c->p[k]] + model->u[d * n + c->p[k]] - model->x0[d * n + c->q[k]] - model->u[d * n + c->q[k]] + (c->image ? c->image[3 * k + d] : 0));
-      overlap = model->r[c->p[k]] + model->r[c->q[k]] - PetscSqrtReal(d2);
-      if (overlap > 0) c->past[DEM_PAST * k + DEM_PAST_OFFSET] = overlap;
-    }
+    *offset = PetscMax(0, *offset);
+    if (!begins && !breaks) continue;
+    for (PetscInt d = 0; d < model->dim; d++) d2 += PetscSqr(model->x0[d * n + c->p[k]] + model->u[d * n + c->p[k]] - model->x0[d * n + c->q[k]] - model->u[d * n + c->q[k]] + (c->image ? c->image[3 * k + d] : 0));
+    overlap = model->r[c->p[k]] + model->r[c->q[k]] - PetscSqrtReal(d2);
+    if (overlap > 0) *offset = overlap;
+  }
   for (PetscInt d = 0; d < 3; d++)
     for (PetscInt k = 0; k < n; k++) c->ref[d * n + k] = model->x0[d * n + k] + model->u[d * n + k];
   c->searches++;
