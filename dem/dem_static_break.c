@@ -10,7 +10,7 @@
 #include "dem_static_impl.h"
 
 #define BREAK_RESIDUAL 1e-5 /* of the largest out-of-balance a load step began with; what is left is carried on, not dropped */
-#define BREAK_TURN     0.5  /* of how far the first in turn is beyond its curve: whatever is less waits */
+#define BREAK_TURN     0.9  /* of how far the first in turn is beyond its curve: whatever is less waits */
 #define BREAK_AIM      0.005 /* strengths: the load goes at most so far beyond where the first tooth is due */
 #define BREAK_BACK     0.1 /* of the force along the line at its start: more than so much beyond its end, back (pieces that meet) */
 #define BREAK_BENT     0.02 /* of the same: where pieces met on the way the works are summed in BREAK_PIECES */

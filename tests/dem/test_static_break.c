@@ -2,6 +2,7 @@
 #include "check.h"
 #include "dem_failure.h"
 #include "dem_solve.h"
+#include <petsctime.h>
 
 static const DemStrength concrete = {.tensile = 3.9e6, .fracture_energy = 143, .softening = DEM_SOFTENING_LINEAR};
 
@@ -48,6 +49,7 @@ static PetscErrorCode TearBar(const Bar *b, Tear *tear)
   const PetscReal   c = PetscSqrtReal(young / 2400), T = steps ? 1 : b->transits * L / c;
   const DemMaterial material = {.density = 2400, .young = young, .poisson = 0.2};
   PetscReal         t[65], v[65], half[65], dt, pull;
+  PetscLogDouble    begin, stop;
   PetscInt          n;
   TestBody          body;
   DemModel          model;
@@ -83,6 +85,7 @@ static PetscErrorCode TearBar(const Bar *b, Tear *tear)
     dt *= 0.9;
   }
   n = steps ? steps : (PetscInt)PetscCeilReal(T / dt);
+  PetscCall(PetscTime(&begin));
   for (PetscInt k = 0; k < n; k++) {
     PetscCall(stepper.step(model, k * dt, dt));
     if (!steps && k % 20) continue;
@@ -90,6 +93,7 @@ static PetscErrorCode TearBar(const Bar *b, Tear *tear)
     tear->peak = PetscMax(tear->peak, pull / section / s->tensile);
     if (b->back && k >= n - 2) tear->stiffness += (k == n - 1 ? -1 : 1) * pull / (young * section / L) / (end * 7. / 6 / (0.25 * n));
   }
+  PetscCall(PetscTime(&stop));
   PetscCall(stepper.history(model, 0, &pull));
   PetscCall(stepper.energy(model, &ledger));
   if (steps) PetscCall(DemModelGetProducts(model, &tear->evaluations));
@@ -106,8 +110,8 @@ static PetscErrorCode TearBar(const Bar *b, Tear *tear)
 
       tear->projected += body.cells.area[f] * PetscAbsReal(y[0] - x[0]) / PetscSqrtReal(PetscSqr(y[0] - x[0]) + PetscSqr(y[1] - x[1]) + PetscSqr(y[2] - x[2])) / section;
     }
-  print_message("           %s %dD cell %.1f mm seed %d, %d particles: peak %.4f energy %.4f released %.4f residual %.4f projected %.3f ledger %.1e, %d evaluations\n", steps ? "static" : "explicit", (int)dim, (double)(1e3 * b->h),
-                (int)b->seed, (int)body.packing.n, (double)tear->peak, (double)tear->energy, (double)tear->released, (double)tear->residual, (double)tear->projected, (double)tear->ledger, (int)tear->evaluations);
+  print_message("           %s %dD cell %.1f mm seed %d, %d particles: peak %.4f energy %.4f released %.4f residual %.4f projected %.3f ledger %.1e, %d evaluations, %.2f s\n", steps ? "static" : "explicit", (int)dim, (double)(1e3 * b->h),
+                (int)b->seed, (int)body.packing.n, (double)tear->peak, (double)tear->energy, (double)tear->released, (double)tear->residual, (double)tear->projected, (double)tear->ledger, (int)tear->evaluations, stop - begin);
   PetscCall(TableDestroy(&left));
   PetscCall(TableDestroy(&right));
   PetscCall(DemModelDestroy(&model));
