@@ -14,6 +14,7 @@
 #define BREAK_AIM      0.005 /* strengths: the load goes at most so far beyond where the first tooth is due */
 #define BREAK_BACK     0.1 /* of the force along the line at its start: more than so much beyond its end, back (pieces that meet) */
 #define BREAK_BENT     0.02 /* of the same: where pieces met on the way the works are summed in BREAK_PIECES */
+#define BREAK_CARE     1e-5 /* of the work done so far: less is not worth it */
 #define BREAK_PIECES   32
 #define BREAK_TRIALS   20   /* along one line */
 #define BREAK_ROUNDS   500  /* under one load with nothing breaking */
@@ -72,13 +73,9 @@ static PetscErrorCode Try(DemModel model, Line *line, PetscReal part, const Pets
 static PetscErrorCode Search(DemModel model, Line *line, PetscReal most, PetscReal pull, const PetscReal *x, PetscReal *part)
 {
   const PetscBool grows = (PetscBool)(line->to > line->from);
-  PetscReal       low = 0, high = most, at = most, below = -1, above = 1;
+  PetscReal       low = 0, high = most, at = most, below = line->margin, above = 1;
 
   PetscFunctionBegin;
-  if (grows) {
-    PetscCall(Try(model, line, 0, x));
-    below = line->margin;
-  }
   for (PetscInt k = 0; k < BREAK_TRIALS; k++) {
     PetscReal step;
 
@@ -179,7 +176,7 @@ PetscErrorCode DemStaticBreak_Internal(DemModel model, PetscReal t, PetscReal dt
     pull = Along(model, s->f, x);
     PetscCall(Search(model, &line, 1 / DemStaticTooFar_Internal(model, x), pull, x, &part));
     rounds = line.margin > 0 ? 0 : rounds + 1;
-    pieces = PetscAbsReal(line.pull - (1 - part) * pull) > BREAK_BENT * pull ? BREAK_PIECES : 1;
+    pieces = PetscAbsReal(line.pull - (1 - part) * Along(model, s->held, x)) > PetscMax(BREAK_BENT * pull, BREAK_CARE * model->work_in) ? BREAK_PIECES : 1;
     for (PetscInt k = 1; k <= pieces; k++) PetscCall(Keep(model, &line, k == pieces ? part : part * k / pieces, (PetscBool)(k == pieces), x, &size));
     PetscCall(VecRestoreArrayRead(s->x, &x));
   }
