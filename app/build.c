@@ -331,17 +331,20 @@ static PetscErrorCode BuildTouch(AppCase *c, PetscInt threads)
 
 static PetscErrorCode RefusePrestress(AppCase *c)
 {
-  static const char *const key[] = {"initial_stress", "temperature"};
+  static const char *const key[] = {"initial_stress.surface", "temperature"};
+  char                     path[256];
+  PetscBool                has, tools;
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < 2; k++) {
-    char      path[256];
-    PetscBool has;
-
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.%s", c->part[0].name, key[k]));
     PetscCall(SceneHas(c->scene, path, &has));
-    if (has) PetscCall(SceneFail(c->scene, path, "%s in a coupled body is not covered, see docs/not-yet.md%s", key[k], k ? "" : "; stress its sides by traction or pressure, add gravity, and begin with time: {preload: static}"));
+    if (has) PetscCall(SceneFail(c->scene, path, "%s in a coupled body is not covered, see docs/not-yet.md%s", key[k], k ? "" : "; give the components (xx, yy, ...), or add gravity, stress the sides, and begin with time: {preload: static}"));
   }
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.initial_stress", c->part[0].name));
+  PetscCall(SceneHas(c->scene, path, &has));
+  PetscCall(SceneHas(c->scene, "tools", &tools));
+  if (has && tools) PetscCall(SceneFail(c->scene, "tools", "tools and initial_stress of a coupled body do not go together: particles stand off by the stress's strain; stress the sides and begin with time: {preload: static}"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -374,6 +377,7 @@ static PetscErrorCode MakeSides(void *ctx, const CouplingSplit *split, const Dem
   AppCallAt(c->scene, path, FemModelSetMesh(c->fem, &split->fem));
   PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.material", part->name));
   AppCallAt(c->scene, path, FemModelAddMaterial(c->fem, "", &elements));
+  PetscCall(AppPrestressApply(c, part));
   PetscCall(FemModelSetInitialVelocity(c->fem, velocity));
   PetscCall(FemModelSetLocalDamping(c->fem, part->local_damping));
   PetscCall(FemModelSetDamping(c->fem, part->mass_damping));
@@ -407,6 +411,7 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
   const FemMaterial elements = {part->density, part->young, part->poisson};
   CouplingOptions   options  = {.affine = PETSC_TRUE};
   const char       *word, *far, *way;
+  PetscBool         has;
   char              path[256];
 
   PetscFunctionBegin;
@@ -435,6 +440,14 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
   options.method = !strcmp(way, "consistent") ? COUPLING_CONSISTENT : !strcmp(way, "penalty") ? COUPLING_PENALTY : COUPLING_ENERGY;
   PetscCall(SceneGetReal(c->scene, "coupling.penalty", &options.penalty));
   PetscCall(SceneGetBool(c->scene, "coupling.absorber", &options.absorber));
+  for (PetscInt k = 0; k < (c->dim == 3 ? 6 : 4); k++) {
+    static const char *const component[] = {"xx", "yy", "zz", "xy", "yz", "zx"};
+
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.initial_stress", part->name));
+    PetscCall(SceneHas(c->scene, path, &has));
+    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.initial_stress.%s", part->name, component[k]));
+    if (has) PetscCall(SceneGetReal(c->scene, path, &options.stress[k]));
+  }
   options.preload = c->preload;
   options.smooth = strcmp(word, "smoothstep") ? PETSC_FALSE : PETSC_TRUE;
   c->made_couplings++;

@@ -47,6 +47,7 @@ typedef struct {
   CouplingMethod method;
   PetscReal penalty;  /* of COUPLING_PENALTY: spring of a particle over (lambda + 2 mu) x its volume / its size squared */
   PetscBool absorber; /* waves too short for the elements end in the overlap (6.54); with COUPLING_ENERGY, all explicit, one step for both sides */
+  PetscReal stress[6]; /* in-situ stress before any displacement, Voigt xx yy zz xy yz zx [Pa], the same everywhere; the elements have it too (FemModelSetInitialStress()) */
   PetscBool preload; /* begin in static equilibrium with the loads and supports of t = 0; the elements need FemModelSetStartGiven() */
 } CouplingOptions;
 

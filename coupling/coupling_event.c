@@ -111,6 +111,7 @@ static void CellStress(const CouplingSwitch sw, const CouplingHalves *h, const P
     stress[d]     = d < dim ? sw->lambda * trace + 2 * sw->mu * G[d][d] : sw->kind == FEM_PLANE_STRAIN ? sw->lambda * trace : 0;
     stress[3 + d] = sw->mu * (G[d][(d + 1) % 3] + G[(d + 1) % 3][d]);
   }
+  for (PetscInt k = 0; k < 6; k++) stress[k] += sw->coupling.stress[k]; /* in situ */
 }
 
 /* Bonds of the overlap that near their strength, half way from `at` to 1, ask for the cells they lie in: a crack's tip is finer than an element.  Eq. (8.3) */
@@ -331,7 +332,7 @@ static PetscErrorCode WakeParticles(CouplingSwitch sw, const CouplingHalves *old
 
     if (of[p] >= 0) continue;
     const PetscInt c = old->model->top[old->top_of[sw->w.home[h->carved.particle[p]]]], first = mesh->start[c], n = mesh->start[c + 1] - first;
-    PetscReal      at[FEM_MAX_NODES][3], N[FEM_MAX_NODES], dN[FEM_MAX_NODES][3], outside, share = 0, value[3], gradient[9], w[3];
+    PetscReal      at[FEM_MAX_NODES][3], N[FEM_MAX_NODES], dN[FEM_MAX_NODES][3], outside, share = 0, value[3], gradient[9], w[3], before[3];
 
     for (PetscInt a = 0; a < n; a++)
       for (PetscInt d = 0; d < 3; d++) at[a][d] = mesh->x[3 * mesh->node[first + a] + d];
@@ -339,7 +340,8 @@ static PetscErrorCode WakeParticles(CouplingSwitch sw, const CouplingHalves *old
     for (PetscInt a = 0; a < n; a++) share += N[a] * s[old->split.node[mesh->node[first + a]]];
     share = MeshCellLinear(mesh->type[c]) == mesh->type[c] ? PetscMax(0, PetscMin(1, share)) : 1; /* quadratic elements have a curvature of their own */
     FieldAt(dim, n, mesh->node + first, mesh, N, x, fs.u, G, 1 - share, value, gradient);
-    for (PetscInt d = 0; d < dim; d++) ds.u[d * ds.n + k] = value[d];
+    CouplingBefore(h->model, x, before);
+    for (PetscInt d = 0; d < dim; d++) ds.u[d * ds.n + k] = value[d] + before[d];
     HalfCurl(dim, gradient, w);
     SetTurn(&ds, k, w);
     FieldAt(dim, n, mesh->node + first, mesh, N, x, fs.v, Gv, 1 - share, value, gradient);

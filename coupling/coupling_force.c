@@ -10,14 +10,22 @@ typedef struct {
   PetscReal q[3], strain[COUPLING_VOIGT], w[3];
 } Mismatch;
 
-static void GetMismatch(CouplingModel model, const CouplingParticle *particle, const FemState *fs, const DemState *ds, Mismatch *m)
+/* The nodes' displacement, with that of an in-situ stress where there is one. */
+static const PetscReal *NodesOf(CouplingModel model, const FemState *fs)
+{
+  if (!model->before) return fs->u;
+  for (PetscInt i = 0; i < fs->n_nodes * model->dim; i++) model->total[i] = fs->u[i] + model->before[i];
+  return model->total;
+}
+
+static void GetMismatch(CouplingModel model, const CouplingParticle *particle, const PetscReal *u, const DemState *ds, Mismatch *m)
 {
   const PetscInt dim = model->dim, p = particle->p, n = ds->n;
   PetscReal      h[3][3] = {{0}};
 
   for (PetscInt d = 0; d < 3; d++) m->q[d] = d < dim ? ds->u[d * n + p] : 0;
   for (PetscInt a = 0; a < particle->at.n; a++) {
-    const PetscReal *U = fs->u + particle->at.node[a] * dim;
+    const PetscReal *U = u + particle->at.node[a] * dim;
 
     for (PetscInt i = 0; i < dim; i++) {
       m->q[i] -= particle->at.N[a] * U[i];
@@ -51,11 +59,13 @@ PetscErrorCode CouplingForces_Internal(CouplingModel model)
   FemState        fs;
   DemState        ds;
   DemRim          rim;
+  const PetscReal *nodes;
 
   PetscFunctionBegin;
   PetscCall(FemModelGetState(model->fem, &fs));
   PetscCall(DemModelGetState(model->dem, &ds));
   PetscCall(DemModelGetRim(model->dem, &rim));
+  nodes = NodesOf(model, &fs);
   PetscCall(PetscArrayzero(model->g, fs.n_nodes * dim));
   for (PetscInt k = 0; k < model->n_particles; k++) {
     const CouplingParticle *particle = &model->particle[k];
@@ -63,7 +73,7 @@ PetscErrorCode CouplingForces_Internal(CouplingModel model)
     PetscReal               f[3] = {0}, t[3] = {0}, s[COUPLING_VOIGT] = {0};
     Mismatch                m;
 
-    GetMismatch(model, particle, &fs, &ds, &m);
+    GetMismatch(model, particle, nodes, &ds, &m);
     for (PetscInt d = 0; d < 3; d++) {
       f[d] = P * m.q[d];
       for (PetscInt j = 0; j < ns; j++) {
@@ -91,7 +101,7 @@ PetscErrorCode CouplingForces_Internal(CouplingModel model)
     PetscReal        u[FEM_MAX_DOFS];
 
     for (PetscInt a = 0; a < n; a++)
-      for (PetscInt d = 0; d < dim; d++) u[a * dim + d] = fs.u[mesh->node[first + a] * dim + d];
+      for (PetscInt d = 0; d < dim; d++) u[a * dim + d] = nodes[mesh->node[first + a] * dim + d];
     for (PetscInt i = 0; i < m; i++) {
       PetscReal sum = 0;
 
@@ -103,7 +113,7 @@ PetscErrorCode CouplingForces_Internal(CouplingModel model)
     for (PetscInt d = 0; d < 3; d++) {
       rim.u[3 * k + d] = 0;
       if (d < dim)
-        for (PetscInt a = 0; a < model->rim[k].n; a++) rim.u[3 * k + d] += model->rim[k].N[a] * fs.u[model->rim[k].node[a] * dim + d];
+        for (PetscInt a = 0; a < model->rim[k].n; a++) rim.u[3 * k + d] += model->rim[k].N[a] * nodes[model->rim[k].node[a] * dim + d];
     }
   PetscCall(FemModelRestoreState(model->fem, &fs));
   PetscCall(DemModelRestoreState(model->dem, &ds));
@@ -117,16 +127,18 @@ PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, P
   const Mesh     *mesh = CouplingMesh(model);
   FemState        fs;
   DemState        ds;
+  const PetscReal *nodes;
 
   PetscFunctionBegin;
   PetscCall(FemModelGetState(model->fem, &fs));
   PetscCall(DemModelGetState(model->dem, &ds));
   *spring = *strain = 0;
+  nodes = NodesOf(model, &fs);
   for (PetscInt k = 0; k < model->n_particles; k++) {
     const CouplingParticle *particle = &model->particle[k];
     Mismatch                m;
 
-    GetMismatch(model, particle, &fs, &ds, &m);
+    GetMismatch(model, particle, nodes, &ds, &m);
     for (PetscInt d = 0; d < 3; d++) {
       *spring += 0.5 * CouplingSpring(model, particle) * m.q[d] * m.q[d];
       for (PetscInt j = 0; j < model->ns; j++) *spring += (m.q[d] * particle->F[d][j] + m.w[d] * particle->M[d][j]) * m.strain[j];
@@ -137,7 +149,7 @@ PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, P
     const PetscReal *K = model->K + (size_t)e * model->width * model->width;
 
     for (PetscInt i = 0; i < m; i++)
-      for (PetscInt j = 0; j < m; j++) *strain += 0.5 * fs.u[mesh->node[first + i / dim] * dim + i % dim] * K[i * m + j] * fs.u[mesh->node[first + j / dim] * dim + j % dim];
+      for (PetscInt j = 0; j < m; j++) *strain += 0.5 * nodes[mesh->node[first + i / dim] * dim + i % dim] * K[i * m + j] * nodes[mesh->node[first + j / dim] * dim + j % dim];
   }
   PetscCall(FemModelRestoreState(model->fem, &fs));
   PetscCall(DemModelRestoreState(model->dem, &ds));

@@ -56,6 +56,8 @@ struct _p_CouplingModel {
   PetscReal *X;             /* [n_overlap][FEM_MAX_POINTS][36] its constitutive matrices [Pa] */
   PetscReal *g;             /* [nodes*dim] forces on the nodes [N] */
 
+  PetscReal     *before, *total; /* of an in-situ stress, NULL without: displacement [nodes][dim] that makes it in an elastic body, and the nodes' with it [m] */
+  PetscReal      insitu[3][3];   /* its strain */
   PetscInt       substeps;  /* particle steps in one step of the outer elements; the Stepper's step is the latter */
   PetscBool      far;       /* the outer elements go implicitly */
   PetscReal      reference; /* step the springs belong to whatever the run's is, 0 = the run's [s] */
@@ -115,6 +117,7 @@ PetscErrorCode CouplingChooseFar_Internal(CouplingModel model, PetscBool *implic
 PetscErrorCode CouplingRelax_Internal(CouplingModel model, PetscReal t, PetscReal h); /* a load step from t to t + h */
 /* coupling_static.c */
 PetscErrorCode CouplingPreload_Internal(CouplingModel model);
+PetscErrorCode CouplingStartStressed_Internal(CouplingModel model); /* under in-situ stress as it is, without a preload */
 /* coupling_substep.c */
 PetscErrorCode CouplingChooseSubsteps_Internal(CouplingModel model);
 PetscErrorCode CouplingStart_Internal(CouplingModel model, PetscReal dt); /* forces of the present state for the particles' step dt */
@@ -130,6 +133,12 @@ static inline void CouplingNodeForce(PetscInt dim, const PetscReal g[3], const P
     f[1] += scale * (g[1] * s[1] + g[0] * s[3] + g[2] * s[4]);
     f[2] += scale * (g[2] * s[2] + g[1] * s[4] + g[0] * s[5]);
   }
+}
+
+/* Displacement of an in-situ stress at x [m]. */
+static inline void CouplingBefore(CouplingModel model, const PetscReal x[3], PetscReal u[3])
+{
+  for (PetscInt i = 0; i < 3; i++) u[i] = model->insitu[i][0] * x[0] + model->insitu[i][1] * x[1] + model->insitu[i][2] * x[2];
 }
 
 /* Stiffness of a particle's spring [N/m].  Eqs (6.3), (6.53), (6.54) */

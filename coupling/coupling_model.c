@@ -282,6 +282,37 @@ static PetscErrorCode AffineForces(CouplingModel model, const DemPacking *packin
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+  An in-situ stress is the one of an affine displacement, in bonds and overlap alike.  Eqs (6.60), (6.61)
+
+  Particles begin with it; nodes have it in the overlap's energy only, their elements have the stress itself (2.76).
+*/
+static PetscErrorCode SetInSitu(CouplingModel model, const DemPacking *packing)
+{
+  static const int at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+  const Mesh      *mesh = CouplingMesh(model);
+  const PetscReal *s = model->options.stress;
+  PetscReal        trace = 0, u[3], *start;
+  PetscBool        any = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < 6; k++) any = (PetscBool)(any || s[k] != 0);
+  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt d = 0; d < model->dim; d++) trace += s[d];
+  for (PetscInt i = 0; i < model->dim; i++)
+    for (PetscInt j = 0; j < model->dim; j++) model->insitu[i][j] = (s[at[i][j]] - (i == j ? model->lambda * trace / (model->dim * model->lambda + 2 * model->mu) : 0)) / (2 * model->mu);
+  PetscCall(PetscMalloc2(mesh->n_nodes * model->dim, &model->before, mesh->n_nodes * model->dim, &model->total));
+  for (PetscInt i = 0; i < mesh->n_nodes; i++) {
+    CouplingBefore(model, &mesh->x[3 * i], u);
+    for (PetscInt d = 0; d < model->dim; d++) model->before[i * model->dim + d] = u[d];
+  }
+  PetscCall(PetscMalloc1(3 * packing->n, &start));
+  for (PetscInt p = 0; p < packing->n; p++) CouplingBefore(model, &packing->x[3 * p], start + 3 * p);
+  PetscCall(DemModelSetStart(model->dem, start));
+  PetscCall(PetscFree(start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel dem, const DemPacking *packing, const DemCells *cells, const FemMaterial *material, FemKind kind, PetscReal thickness)
 {
   const PetscInt n = packing->n;
@@ -339,6 +370,7 @@ PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel
     for (PetscInt d = 0; d < model->dim; d++) particles[1 + d] += m * packing->x[3 * p + d];
   }
   PetscCall(NodeMasses(model, material->density, particles));
+  PetscCall(SetInSitu(model, packing));
   PetscCall(DemModelSetWeights(dem, wm, wp, wf));
   PetscCall(DemModelSetBreakable(dem, breakable));
   PetscCall(DemModelSetRim(dem, COUPLING_RIM));
@@ -481,6 +513,7 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
   model->report.substeps = model->substeps;
   model->report.implicit = (PetscBool)(model->far && model->options.far != COUPLING_FAR_STATIC);
   if (model->options.preload && !(model->given > 0)) PetscCall(CouplingPreload_Internal(model)); /* a run that goes on has its state */
+  else if (model->before && !(model->given > 0)) PetscCall(CouplingStartStressed_Internal(model));
   model->ready = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -518,6 +551,7 @@ PetscErrorCode CouplingModelDestroy(CouplingModel *pmodel)
   PetscCall(PetscFree2(model->K, model->X));
   PetscCall(PetscFree(model->g));
   PetscCall(PetscFree(model->slip));
+  PetscCall(PetscFree2(model->before, model->total));
   PetscCall(CouplingMultiplierDestroy_Internal(model));
   PetscCall(PetscFree2(model->history_name, model->history_unit));
   PetscCall(PetscFree(*pmodel));

@@ -137,12 +137,22 @@ static PetscErrorCode Initial(CouplingModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode CouplingStartStressed_Internal(CouplingModel model)
+{
+  PetscFunctionBegin;
+  PetscCall(CouplingForces_Internal(model));
+  PetscCall(DemModelComputeForces(model->dem));
+  PetscCall(CheckStrength(model));
+  PetscCall(Initial(model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CouplingPreload_Internal(CouplingModel model)
 {
   Problem    problem = {0};
   FemState   fs;
   DemState   ds;
-  PetscReal *x, *r, *d, *work, loads, left = 0, volume = 0, limit = model->limit;
+  PetscReal *x, *r, *d, *work, *start, loads, left = 0, volume = 0, limit = model->limit;
 
   PetscFunctionBegin;
   model->reference = limit; /* the springs' step, the run's whatever it is: P = c / reference^2 */
@@ -158,6 +168,8 @@ PetscErrorCode CouplingPreload_Internal(CouplingModel model)
   for (PetscInt i = 0; i < ds.dim * ds.n; i++) problem.inverse[problem.n_dof + i] = 0.25 * limit * limit / ds.mass[i % ds.n];
   for (PetscInt i = 0; i < problem.turns * ds.n; i++) problem.inverse[problem.n_dof + ds.dim * ds.n + i] = 0.25 * limit * limit / ds.inertia[i % ds.n];
   for (PetscInt p = 0; p < ds.n; p++) volume += ds.mass[p] / ds.n; /* weighted; only a size */
+  PetscCall(PetscMalloc1(ds.dim * ds.n, &start));
+  PetscCall(PetscArraycpy(start, ds.u, ds.dim * ds.n));
   volume /= model->density * model->thickness;
   problem.size = PetscPowReal(volume, 1. / model->dim);
   PetscCall(FemModelRestoreState(model->fem, &fs));
@@ -168,6 +180,12 @@ PetscErrorCode CouplingPreload_Internal(CouplingModel model)
   PetscCall(FemModelRestoreState(model->fem, &fs));
   PetscCall(Residual(model, &problem, x, r));
   loads = left = PetscSqrtReal(Dot(problem.m, r, r));
+  if (model->before) { /* what the elements' in-situ stress alone leaves is the measure; the particles' holds most of it */
+    PetscCall(PetscArraycpy(x + problem.n_dof, start, ds.dim * ds.n));
+    PetscCall(Residual(model, &problem, x, r));
+    left = PetscSqrtReal(Dot(problem.m, r, r));
+  }
+  PetscCall(PetscFree(start));
   for (PetscInt k = 0; k < NEWTONS && left > DONE * loads; k++) {
     PetscReal was = left;
 

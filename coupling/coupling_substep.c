@@ -156,6 +156,7 @@ static PetscErrorCode IsStable(CouplingModel model, PetscInt m, PetscReal dt, Pe
   Trial      trial = {0};
   PetscReal *kept, *kept_rot, growth = 0;
   const PetscReal before = model->dt;
+  PetscReal *insitu = model->before;
 
   PetscFunctionBegin;
   PetscCall(FemModelGetState(model->fem, &fs));
@@ -170,7 +171,8 @@ static PetscErrorCode IsStable(CouplingModel model, PetscInt m, PetscReal dt, Pe
   PetscCall(DemModelRestoreState(model->dem, &ds));
   PetscCall(PetscCalloc6(trial.n_dof, &trial.U, trial.n_dof, &trial.V, trial.n_dof, &trial.slow, trial.n_dof, &trial.fast, trial.n_dof, &trial.mobility, trial.n_dof, &trial.g0));
   PetscCall(PetscCalloc4(6 * trial.n, &trial.u, 6 * trial.n, &trial.v, 6 * trial.n, &trial.f, 6 * trial.n, &trial.f0));
-  model->dt = dt;
+  model->dt     = dt;
+  model->before = NULL; /* of the linear system alone */
   PetscCall(TrialRun(model, &trial, m, dt, &growth));
   *stable = growth < GROWTH ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(PetscFree6(trial.U, trial.V, trial.slow, trial.fast, trial.mobility, trial.g0));
@@ -184,6 +186,7 @@ static PetscErrorCode IsStable(CouplingModel model, PetscInt m, PetscReal dt, Pe
   PetscCall(FemModelRestoreState(model->fem, &fs));
   PetscCall(DemModelRestoreState(model->dem, &ds));
   PetscCall(PetscFree2(kept, kept_rot));
+  model->before = insitu;
   PetscCall(CouplingForces_Internal(model)); /* outside forces and the rim's motion of the state that is back */
   PetscCall(DemModelComputeForces(model->dem));
   model->dt = before;

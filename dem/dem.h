@@ -124,6 +124,9 @@ PetscErrorCode DemModelAddTraction(DemModel model, const char *face, const Petsc
 PetscErrorCode DemModelAddPressure(DemModel model, const char *face, const Table *table);
 PetscErrorCode DemModelSetGravity(DemModel model, const PetscReal gravity[3]);
 PetscErrorCode DemModelSetInitialVelocity(DemModel model, const PetscReal velocity[3]);
+/* Displacement u [packing's order][3] [m] that bonded particles begin with, copied: that of an in-situ stress. The state's u holds it, what is written of displacements
+   is from there. One rank; no face may be held. Before set-up. */
+PetscErrorCode DemModelSetStart(DemModel model, const PetscReal u[]);
 PetscErrorCode DemModelSetLocalDamping(DemModel model, PetscReal alpha); /* non-viscous, in [0, 1) */
 /* Before set-up. The options' surface becomes the model's (the caller's is emptied), tables are copied. */
 PetscErrorCode DemModelAddTool(DemModel model, const char *name, DemToolOptions *options);

@@ -172,6 +172,7 @@ struct _p_DemModel {
   PetscReal   g_shear, lambda; /* [Pa]; lambda of plane stress in plane stress.  Eq. (4.1) */
   PetscReal   alpha;           /* local damping */
   PetscReal   gravity[3], initial_velocity[3];
+  PetscReal  *begin; /* [n][3] packing's order, displacement of the start [m]; NULL = 0 */
 
   DemPacking packing; /* copies, in the packing's order */
   DemCells   cells;

@@ -310,6 +310,15 @@ PetscErrorCode DemModelSetInitialVelocity(DemModel model, const PetscReal veloci
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode DemModelSetStart(DemModel model, const PetscReal u[])
+{
+  PetscFunctionBegin;
+  PetscCheck(!model->ready && !model->begin && model->bonded && model->packing.n > 0, model->comm, PETSC_ERR_ORDER, "A start is given once to a bonded body, before DemModelSetUp()");
+  PetscCall(PetscMalloc1(3 * model->packing.n, &model->begin));
+  PetscCall(PetscArraycpy(model->begin, u, 3 * model->packing.n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemModelSetLocalDamping(DemModel model, PetscReal alpha)
 {
   PetscFunctionBegin;
@@ -374,6 +383,9 @@ PetscErrorCode DemModelSetUp(DemModel model)
   PetscCheck(m->young > 0, model->comm, PETSC_ERR_ORDER, "Call DemModelSetMaterial() before DemModelSetUp()");
   PetscCheck(!model->ready, model->comm, PETSC_ERR_ORDER, "DemModelSetUp() was called twice");
   BaseCheckInput((model->dim == 3) == (model->kind == DEM_SOLID), model->comm, "A %" PetscInt_FMT "D body with the kind of the other dimension", model->dim);
+  for (PetscInt k = 0; k < model->n_faces && model->begin; k++)
+    for (PetscInt d = 0; d < model->dim; d++)
+      BaseCheckInput(!model->face[k].fixed[d], model->comm, "Face '%s' holds particles that begin under in-situ stress, which is not covered; hold the elements, or stress the sides and begin with time: {preload: static}", model->body.face_name[k]);
   BaseCheckInput(model->rain.rate == 0 || model->contacts.on, model->comm, "Grains that rain need to know how they meet; add a contact section");
   model->g_shear = m->young / (2 * (1 + m->poisson));
   model->lambda  = m->young * m->poisson / ((1 + m->poisson) * (1 - 2 * m->poisson));
@@ -459,6 +471,7 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
   PetscCall(PetscFree3(model->rot, model->spin, model->torque));
   PetscCall(PetscFree6(model->mass, model->inertia, model->volume, model->vstar, model->sum, model->dilation));
   PetscCall(PetscFree(model->offset));
+  PetscCall(PetscFree(model->begin));
   PetscCall(PetscFree(model->share));
   PetscCall(PetscFree2(model->f_ext, model->t_ext));
   PetscCall(PetscFree7(model->bonds.p, model->bonds.q, model->bonds.ip, model->bonds.iq, model->bonds.k, model->bonds.arm, model->bonds.facet));

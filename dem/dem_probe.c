@@ -94,7 +94,7 @@ PetscErrorCode DemProbe_Internal(DemModel model, const DemHistory *h, PetscReal 
     PetscReal turn[3], arm[3] = {h->arm[0], h->arm[1], h->arm[2]}, w[3] = {0, 0, dim == 2 ? model->spin[p] : 0};
 
     DemTurn(dim, n, p, model->rot, arm, turn);
-    if (q[0] == 'd') *value = model->u[c * n + p] + turn[c];
+    if (q[0] == 'd') *value = model->u[c * n + p] + turn[c] - (model->begin ? model->begin[3 * h->particle + c] : 0);
     else {
       for (PetscInt d = 0; d < 3 && dim == 3; d++) w[d] = model->spin[d * n + p];
       for (PetscInt d = 0; d < 3; d++) arm[d] += turn[d];

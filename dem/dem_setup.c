@@ -67,6 +67,7 @@ PetscErrorCode DemSetUpOrder_Internal(DemModel model)
     for (PetscInt d = 0; d < dim; d++) {
       model->x0[d * n + p]     = model->packing.x[3 * k + d];
       model->v[d * n + p]      = v[d];
+      if (model->begin) model->u[d * n + p] = model->begin[3 * k + d];
       if (model->bonded) model->offset[d * n + p] = cells->centroid[3 * k + d] - model->packing.x[3 * k + d];
     }
     model->volume[p] = model->vstar[p] = V;

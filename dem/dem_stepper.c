@@ -97,7 +97,7 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
         for (PetscInt d = 0; d < 3; d++) arm[d] = cells->wall_at[3 * k + d] - model->packing.x[3 * cells->wall_p[k] + d];
         if (h->quantity[0] == 'd') {
           DemTurn(model->dim, n, p, model->rot, arm, turn);
-          sum += cells->wall_area[k] * (model->u[c * n + p] + turn[c]);
+          sum += cells->wall_area[k] * (model->u[c * n + p] + turn[c] - (model->begin ? model->begin[3 * cells->wall_p[k] + c] : 0));
         } else sum += cells->wall_area[k] * model->v[c * n + p];
         area += cells->wall_area[k];
       }
@@ -220,6 +220,7 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
   if (OutputWants(output, "displacement")) {
     PetscCall(PetscMalloc1(3 * n, &data[0]));
     ToPackingOrder(model, model->u, data[0]);
+    for (PetscInt k = 0; model->begin && k < 3 * n; k++) data[0][k] -= model->begin[k];
     array[m++] = (OutputArray){"displacement", "m", OUTPUT_POINT_DATA, 3, data[0]};
   }
   if (OutputWants(output, "velocity")) {

@@ -22,6 +22,7 @@ PetscErrorCode FemModelContinue(FemModel model, FemModel from, const PetscInt no
   model->initial     = from->initial;
   model->level_known = PETSC_FALSE;
   PetscCall(FemForces(model));
+  FemAddPrestress(model);
   PetscCall(FemLoadsAt(model, model->t));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

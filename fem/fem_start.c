@@ -65,8 +65,8 @@ PetscErrorCode FemModelStartHere(FemModel model)
   for (PetscInt k = 0; k < model->n_own * model->dim; k++) energy += 0.5 * model->mass[k / model->dim] * model->v[k] * model->v[k];
   if (model->far.m) FemFarSame(model);
   PetscCall(FemForces(model));
-  energy += FemStrainEnergy(model); /* f_int is that of all elements, sub-steps or not */
   FemAddPrestress(model);
+  energy += FemStrainEnergy(model); /* f_int is that of all elements, sub-steps or not, and of their prestress, as (2.79) takes it */
   model->initial     = energy + FemPrestressEnergy(model);
   model->level_known = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -149,7 +149,18 @@ def test_preload(folder):
     print("preload, then elements that turn: %d events, each books at most %.1e of the strain energy; ledger %.1e" % (len(events), booked, energy["worst_error"]))
     check(len(events) > 1 and booked < 1e-3 and energy["worst_error"] < 1e-6, energy)
     refused(folder, scene.replace("substeps: 1", "substeps: 2"), 8, "do not go together")
-    refused(folder, scene.replace("    dem: {group", "    initial_stress: {xx: 1 MPa}\n    dem: {group"), 14, "begin with time: {preload: static}")
+    refused(folder, scene.replace("    dem: {group", "    initial_stress: {surface: 0 m}\n    dem: {group"), 14, "begin with time: {preload: static}")
+    situ = SCENE.replace("    dem: {group", "    initial_stress: {xx: -1 MPa, zz: -0.2 MPa}\n    dem: {group").replace("{ramp: {to: 1 MPa, over: 20 us}}", "{table: [[0 us, -1 MPa], [20 us, -1 MPa], [21 us, 0 MPa], [50 us, 0 MPa]]}")
+    write(folder, "situ.yaml", situ)
+    cleave("run", "situ.yaml", "--output", "situ", "--threads", "1", cwd=folder)
+    rows, energy = history(folder, "situ"), summary(folder, "situ")["energy"]
+    before = rows["time"] < 20e-6
+    stretch = 1e6 / 20e9 * (1 - 0.2 ** 2) * 0.06
+    print("in-situ stress: reaction within %.1e until the load goes, end moves %.1e of the stretch; then %.2f of it; ledger %.1e" % (abs(rows["reaction(left).x"][before] / 100 - 1).max(),
+          abs(rows["displacement(right).x"][before]).max() / stretch, rows["displacement(right).x"][-1] / stretch, energy["worst_error"]))
+    check(abs(rows["reaction(left).x"][before] / 100 - 1).max() < 1e-4 and abs(rows["displacement(right).x"][before]).max() < 1e-4 * stretch, "jumps at the start")
+    check(0.5 * stretch < rows["displacement(right).x"][-1] and energy["worst_error"] < 1e-6, energy)
+    refused(folder, situ.replace("substeps: 1", "substeps: 2"), 8, "with sub-steps is not covered")
 
 
 def test_absorb(folder):

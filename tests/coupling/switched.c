@@ -129,9 +129,10 @@ PetscErrorCode SwitchedPrepare(Switched *s)
 
 PetscErrorCode SwitchedBegin(Switched *s)
 {
-  const CouplingOptions options = {.floor = 0.05, .affine = PETSC_TRUE, .substeps = s->substeps};
+  CouplingOptions options = {.floor = 0.05, .affine = PETSC_TRUE, .substeps = s->substeps};
 
   PetscFunctionBegin;
+  PetscCall(PetscArraycpy(options.stress, s->stress, 6));
   PetscCall(CouplingSwitchSetUp(s->sw, &options, Make, s));
   PetscCall(CouplingSwitchGetStepper(s->sw, &s->stepper));
   PetscCall(s->stepper.stable_step(s->sw, &s->dt));

@@ -16,6 +16,7 @@ struct Switched {
   CouplingSwitchOptions options;
   PetscErrorCode (*conditions)(Switched *s, FemModel fem, DemModel dem); /* may be NULL */
   PetscErrorCode (*spoil)(Switched *s); /* changes the cells; may be NULL */
+  PetscReal      stress[6];            /* in situ; conditions give it to the elements */
   PetscReal      velocity[3], load;     /* for conditions */
 
   Mesh           mesh;
