@@ -234,8 +234,6 @@ static PetscErrorCode CheckRanks(AppCase *c)
 
   PetscFunctionBegin;
   if (c->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SceneHas(c->scene, "contact", &has));
-  if (has) PetscCall(SceneFail(c->scene, "contact", "contacts between particles run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", (int)c->size));
   for (PetscInt k = 0; k < 2; k++) {
     PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.%s", AppGrains(c)->name, key[k]));
     PetscCall(SceneHas(c->scene, path, &has));

@@ -123,12 +123,9 @@ PetscErrorCode AppCountsPrint(AppCase *c, FILE *out)
 }
 
 /* What the search of contacts looked at: an intact body's interior never. */
-static PetscErrorCode ContactJson(AppCase *c, Json *json)
+static PetscErrorCode ContactJson(DemContactCounts n, Json *json)
 {
-  DemContactCounts n;
-
   PetscFunctionBegin;
-  PetscCall(DemModelGetContactCounts(c->dem, &n));
   if (!n.searches) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(JsonBeginObject(json, "counts"));
   PetscCall(JsonInt(json, "contact_searches", n.searches));
@@ -225,8 +222,10 @@ PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary
   const char    *title;
   Json           json;
   PetscLogDouble bytes;
+  DemContactCounts contacts = {0};
 
   PetscFunctionBegin;
+  if (c->dem) PetscCall(DemModelGetContactCounts(c->dem, &contacts));
   if (c->rank) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(BaseFormat(path, "%s/summary.json", directory));
   PetscCall(JsonOpen(path, &json));
@@ -238,7 +237,7 @@ PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary
   PetscCall(AppVersionsJson(&json));
   PetscCall(AppPlanJson(c, plan, &json));
   PetscCall(AppCountsJson(c, &json));
-  if (c->dem) PetscCall(ContactJson(c, &json));
+  if (c->dem) PetscCall(ContactJson(contacts, &json));
   if (run) PetscCall(RunJson(c, run, &json));
   if (run) PetscCall(AppSwitchesJson(c, &json));
   if (c->n_modes) {

@@ -170,6 +170,8 @@ typedef struct {
   PetscInt own, ghosts;    /* particles that move here; copies of others' */
   PetscInt bonds, counted; /* bonds done here; those whose first end is its own */
   PetscInt facets;         /* of the cells */
+  PetscInt pairs, copies;  /* that may touch, in the list; others' particles in it */
+  PetscInt between;        /* pairs of two ranks that touch, counted here */
 } DemShare;
 PetscErrorCode DemModelGetShare(DemModel model, DemShare *share);
 

@@ -7,22 +7,25 @@
 #include "dem_lanes.h"
 #include <omp.h>
 
-/* A particle in a block's copy: position, radius, velocity, mass, spin, kind of material. */
-enum { AT_X = 0, AT_R = 3, AT_V = 4, AT_M = 7, AT_W = 8, AT_KIND = 11, AT_ALL = 12 };
-enum { AT_COUPLE = 4 }; /* what it feels: force, -, couple, - */
+enum { AT_COUPLE = 4 }; /* what a particle feels: force, -, couple, - */
 
-static void CopyParticle(DemModel model, PetscInt p, PetscReal *a)
+void DemContactParticle_Internal(DemModel model, PetscInt p, PetscReal a[DEM_MEET_ALL])
 {
-  const PetscInt n = model->n;
+  const DemContacts *c = &model->contacts;
+  const PetscInt     n = model->n;
 
-  for (PetscInt d = 0; d < 3; d++) {
-    a[AT_X + d] = model->x0[d * n + p] + model->u[d * n + p];
-    a[AT_V + d] = model->v[d * n + p];
-    a[AT_W + d] = model->dim == 3 ? model->spin[d * n + p] : d == 2 ? model->spin[p] : 0;
+  if (p >= model->own) { /* another rank's */
+    for (PetscInt d = 0; d < DEM_MEET_ALL; d++) a[d] = c->halo.in[DEM_MEET_ALL * (p - model->own) + d];
+    return;
   }
-  a[AT_R]    = model->r[p];
-  a[AT_M]    = model->mass[p];
-  a[AT_KIND] = model->contacts.kind ? model->contacts.kind[p] : 0;
+  for (PetscInt d = 0; d < 3; d++) {
+    a[DEM_MEET_X + d] = model->x0[d * n + p] + model->u[d * n + p];
+    a[DEM_MEET_V + d] = model->v[d * n + p];
+    a[DEM_MEET_W + d] = model->dim == 3 ? model->spin[d * n + p] : d == 2 ? model->spin[p] : 0;
+  }
+  a[DEM_MEET_R]    = model->r[p];
+  a[DEM_MEET_M]    = model->mass[p];
+  a[DEM_MEET_KIND] = c->kind ? c->kind[p] : 0;
 }
 
 /* A chunk's contacts side by side, first less second: what the law reads and what it leaves, one row per number. */
@@ -146,22 +149,22 @@ DEM_INLINE void Gather(const DemContacts *c, PetscInt i, const int hit[4], const
   DemLanes             A[4], B[4];
 
   for (int k = 0; k < 4; k++) {
-    a[k]    = at + AT_ALL * c->ip[hit[k]];
-    b[k]    = at + AT_ALL * c->iq[hit[k]];
+    a[k]    = at + DEM_MEET_ALL * c->ip[hit[k]];
+    b[k]    = at + DEM_MEET_ALL * c->iq[hit[k]];
     past[k] = c->past + DEM_PAST * hit[k];
   }
-  DemLanesRows(a[0] + AT_X, a[1] + AT_X, a[2] + AT_X, a[3] + AT_X, A);
-  DemLanesRows(b[0] + AT_X, b[1] + AT_X, b[2] + AT_X, b[3] + AT_X, B);
+  DemLanesRows(a[0] + DEM_MEET_X, a[1] + DEM_MEET_X, a[2] + DEM_MEET_X, a[3] + DEM_MEET_X, A);
+  DemLanesRows(b[0] + DEM_MEET_X, b[1] + DEM_MEET_X, b[2] + DEM_MEET_X, b[3] + DEM_MEET_X, B);
   for (int d = 0; d < 3; d++) *(DemLanes *)&R[ROW_X + d][i] = A[d] - B[d];
   *(DemLanes *)&R[ROW_RA][i] = A[3];
   *(DemLanes *)&R[ROW_RB][i] = B[3];
-  DemLanesRows(a[0] + AT_V, a[1] + AT_V, a[2] + AT_V, a[3] + AT_V, A);
-  DemLanesRows(b[0] + AT_V, b[1] + AT_V, b[2] + AT_V, b[3] + AT_V, B);
+  DemLanesRows(a[0] + DEM_MEET_V, a[1] + DEM_MEET_V, a[2] + DEM_MEET_V, a[3] + DEM_MEET_V, A);
+  DemLanesRows(b[0] + DEM_MEET_V, b[1] + DEM_MEET_V, b[2] + DEM_MEET_V, b[3] + DEM_MEET_V, B);
   for (int d = 0; d < 3; d++) *(DemLanes *)&R[ROW_V + d][i] = A[d] - B[d];
   *(DemLanes *)&R[ROW_MA][i] = A[3];
   *(DemLanes *)&R[ROW_MB][i] = B[3];
-  DemLanesRows(a[0] + AT_W, a[1] + AT_W, a[2] + AT_W, a[3] + AT_W, A);
-  DemLanesRows(b[0] + AT_W, b[1] + AT_W, b[2] + AT_W, b[3] + AT_W, B);
+  DemLanesRows(a[0] + DEM_MEET_W, a[1] + DEM_MEET_W, a[2] + DEM_MEET_W, a[3] + DEM_MEET_W, A);
+  DemLanesRows(b[0] + DEM_MEET_W, b[1] + DEM_MEET_W, b[2] + DEM_MEET_W, b[3] + DEM_MEET_W, B);
   for (int d = 0; d < 3; d++) {
     *(DemLanes *)&R[ROW_WA + d][i] = A[d];
     *(DemLanes *)&R[ROW_WB + d][i] = B[d];
@@ -178,7 +181,7 @@ DEM_INLINE void Gather(const DemContacts *c, PetscInt i, const int hit[4], const
     for (int k = 0; k < 4; k++)
       for (int d = 0; d < 3; d++) R[ROW_X + d][i + k] += c->image[3 * hit[k] + d];
   if (c->n_kinds > 1)
-    for (int k = 0; k < 4; k++) chunk->pair[i + k] = (int)a[k][AT_KIND] * (int)c->n_kinds + (int)b[k][AT_KIND];
+    for (int k = 0; k < 4; k++) chunk->pair[i + k] = (int)a[k][DEM_MEET_KIND] * (int)c->n_kinds + (int)b[k][DEM_MEET_KIND];
 }
 
 /* And back, the first n of the four: history to its place, forces to both particles, in the contacts' order. */
@@ -211,9 +214,9 @@ DEM_INLINE void Scatter(const DemContacts *c, PetscInt i, PetscInt n, const int 
 /* A pair that touched and does not any more. */
 static void Part(const DemContacts *c, PetscInt k, const PetscReal *a, const PetscReal *b, PetscReal dt, PetscReal sum[3])
 {
-  const DemContactPair *pair = &c->table[(int)a[AT_KIND] * c->n_kinds + (int)b[AT_KIND]];
+  const DemContactPair *pair = &c->table[(int)a[DEM_MEET_KIND] * c->n_kinds + (int)b[DEM_MEET_KIND]];
   PetscReal            *past = c->past + DEM_PAST * k, *roll = c->turns ? c->roll + 4 * k : NULL, n[3], v[3], w[3], d = 0, friction, damping;
-  const PetscReal       radius = a[AT_R] * b[AT_R] / (a[AT_R] + b[AT_R]);
+  const PetscReal       radius = a[DEM_MEET_R] * b[DEM_MEET_R] / (a[DEM_MEET_R] + b[DEM_MEET_R]);
   DemContactHistory     h = {{past[0], past[1], past[2]}, past[DEM_PAST_OVERLAP], {past[DEM_PAST_DRAG], past[DEM_PAST_DRAG + 1], past[DEM_PAST_DRAG + 2]}, {0}, 0};
 
   if (roll) {
@@ -222,11 +225,11 @@ static void Part(const DemContacts *c, PetscInt k, const PetscReal *a, const Pet
   }
   for (PetscInt i = 0; i < 3; i++) {
     n[i] = a[i] - b[i] + (c->image ? c->image[3 * k + i] : 0);
-    w[i] = a[AT_R] * a[AT_W + i] + b[AT_R] * b[AT_W + i];
+    w[i] = a[DEM_MEET_R] * a[DEM_MEET_W + i] + b[DEM_MEET_R] * b[DEM_MEET_W + i];
     d += n[i] * n[i];
   }
   d = PetscSqrtReal(d);
-  for (PetscInt i = 0; i < 3; i++) v[i] = a[AT_V + i] - b[AT_V + i] - (w[(i + 1) % 3] * n[(i + 2) % 3] - w[(i + 2) % 3] * n[(i + 1) % 3]) / d;
+  for (PetscInt i = 0; i < 3; i++) v[i] = a[DEM_MEET_V + i] - b[DEM_MEET_V + i] - (w[(i + 1) % 3] * n[(i + 2) % 3] - w[(i + 2) % 3] * n[(i + 1) % 3]) / d;
   DemContactPart(pair, v, radius, c->flat > 0 ? c->flat : radius, dt, c->turns, &h, &friction, &damping);
   sum[0] += friction;
   sum[1] += damping;
@@ -238,15 +241,15 @@ static void Part(const DemContacts *c, PetscInt k, const PetscReal *a, const Pet
 static void BlockForce(DemModel model, PetscInt block, PetscReal dt, PetscReal *scratch)
 {
   DemContacts    *c = &model->contacts;
-  const PetscInt  n = model->n, begin = block * DEM_CONTACT_BLOCK, own = PetscMin(n, begin + DEM_CONTACT_BLOCK) - begin;
-  const PetscInt  halo = c->halo_start[block + 1] - c->halo_start[block], *ghost = c->halo + c->halo_start[block], all = own + halo;
-  PetscReal      *at = scratch, *F = scratch + AT_ALL * c->widest, *sum = c->sum + 4 * block;
+  const PetscInt  n = model->n, begin = c->first[block], own = c->last[block] - begin;
+  const PetscInt  halo = c->halo_start[block + 1] - c->halo_start[block], *ghost = c->halo_p + c->halo_start[block], all = own + halo;
+  PetscReal      *at = scratch, *F = scratch + DEM_MEET_ALL * c->widest, *sum = c->sum + 4 * block;
   Chunk           chunk;
 
   sum[0] = sum[1] = sum[2] = sum[3] = 0;
   if (c->pair[block] == c->pair[block + 1]) return;
-  for (PetscInt i = 0; i < own; i++) CopyParticle(model, begin + i, at + AT_ALL * i);
-  for (PetscInt i = 0; i < halo; i++) CopyParticle(model, ghost[i], at + AT_ALL * (own + i));
+  for (PetscInt i = 0; i < own; i++) DemContactParticle_Internal(model, begin + i, at + DEM_MEET_ALL * i);
+  for (PetscInt i = 0; i < halo; i++) DemContactParticle_Internal(model, ghost[i], at + DEM_MEET_ALL * (own + i));
   for (PetscInt i = 0; i < 8 * all; i++) F[i] = 0;
   for (PetscInt first = c->pair[block]; first < c->pair[block + 1]; first += DEM_CONTACT_CHUNK) {
     const PetscInt m = PetscMin(DEM_CONTACT_CHUNK, c->pair[block + 1] - first);
@@ -258,15 +261,15 @@ static void BlockForce(DemModel model, PetscInt block, PetscReal dt, PetscReal *
       const PetscReal *image = c->image + 3 * first;
 
       for (PetscInt k = 0; k < m; k++) {
-        const PetscReal *a = at + AT_ALL * ip[k], *b = at + AT_ALL * iq[k], x = a[0] - b[0] + image[3 * k], y = a[1] - b[1] + image[3 * k + 1], z = a[2] - b[2] + image[3 * k + 2];
+        const PetscReal *a = at + DEM_MEET_ALL * ip[k], *b = at + DEM_MEET_ALL * iq[k], x = a[0] - b[0] + image[3 * k], y = a[1] - b[1] + image[3 * k + 1], z = a[2] - b[2] + image[3 * k + 2];
 
-        deep[k] = (a[AT_R] + b[AT_R]) * (a[AT_R] + b[AT_R]) - (x * x + y * y + z * z);
+        deep[k] = (a[DEM_MEET_R] + b[DEM_MEET_R]) * (a[DEM_MEET_R] + b[DEM_MEET_R]) - (x * x + y * y + z * z);
       }
     } else {
 #pragma omp simd
       for (PetscInt k = 0; k < m; k++) {
-        const int       a = AT_ALL * ip[k], b = AT_ALL * iq[k];
-        const PetscReal x = at[a] - at[b], y = at[a + 1] - at[b + 1], z = at[a + 2] - at[b + 2], r = at[a + AT_R] + at[b + AT_R];
+        const int       a = DEM_MEET_ALL * ip[k], b = DEM_MEET_ALL * iq[k];
+        const PetscReal x = at[a] - at[b], y = at[a + 1] - at[b + 1], z = at[a + 2] - at[b + 2], r = at[a + DEM_MEET_R] + at[b + DEM_MEET_R];
 
         deep[k] = r * r - (x * x + y * y + z * z);
       }
@@ -276,13 +279,13 @@ static void BlockForce(DemModel model, PetscInt block, PetscReal dt, PetscReal *
       unsigned char touch = deep[k] > 0;
 
       if (touch && past[DEM_PAST_OFFSET] > 0) { /* stress-free up to the overlap it began with */
-        const PetscReal r = at[AT_ALL * ip[k] + AT_R] + at[AT_ALL * iq[k] + AT_R];
+        const PetscReal r = at[DEM_MEET_ALL * ip[k] + DEM_MEET_R] + at[DEM_MEET_ALL * iq[k] + DEM_MEET_R];
 
         touch = deep[k] > past[DEM_PAST_OFFSET] * (2 * r - past[DEM_PAST_OFFSET]) * (1 + 1e-12);
       } else if (!touch) past[DEM_PAST_OFFSET] = 0;
       hit[hits] = (int)(first + k);
       hits += touch;
-      if (!touch && c->met[first + k]) Part(c, first + k, at + AT_ALL * ip[k], at + AT_ALL * iq[k], dt, sum);
+      if (!touch && c->met[first + k]) Part(c, first + k, at + DEM_MEET_ALL * ip[k], at + DEM_MEET_ALL * iq[k], dt, sum);
       c->met[first + k] = touch;
     }
     for (int i = hits; i % 4; i++) hit[i] = hit[hits - 1]; /* columns that nobody takes back */
@@ -313,9 +316,9 @@ static void BlockForce(DemModel model, PetscInt block, PetscReal dt, PetscReal *
 static void BlockGather(DemModel model, PetscInt block)
 {
   const DemContacts *c = &model->contacts;
-  const PetscInt     n = model->n, begin = block * DEM_CONTACT_BLOCK, end = PetscMin(n, begin + DEM_CONTACT_BLOCK);
+  const PetscInt     n = model->n;
 
-  for (PetscInt p = begin; p < end; p++)
+  for (PetscInt p = c->first[block]; p < c->last[block]; p++)
     for (PetscInt s = c->slot_start[p]; s < c->slot_start[p + 1]; s++) {
       const PetscReal *f = c->slot_f + 8 * c->slot[s];
 
@@ -326,17 +329,16 @@ static void BlockGather(DemModel model, PetscInt block)
     }
 }
 
-/* Somebody has moved half the skin, or a bond has broken since the last search. */
-static PetscBool Stale(DemModel model)
+/* One of ours has moved half the skin. */
+static PetscBool Moved(DemModel model)
 {
   const DemContacts *c = &model->contacts;
   const PetscInt     n = model->n;
   PetscReal          most = 0;
 
-  if (!c->searches || c->fresh) return PETSC_TRUE;
-  if (c->n_who == n) {
+  if (c->n_who == model->own) {
 #pragma omp simd reduction(max : most)
-    for (PetscInt p = 0; p < n; p++) {
+    for (PetscInt p = 0; p < model->own; p++) {
       const PetscReal x = model->x0[p] + model->u[p] - c->ref[p], y = model->x0[n + p] + model->u[n + p] - c->ref[n + p], z = model->x0[2 * n + p] + model->u[2 * n + p] - c->ref[2 * n + p];
       const PetscReal d2 = x * x + y * y + z * z;
 
@@ -350,24 +352,60 @@ static PetscBool Stale(DemModel model)
       for (PetscInt d = 0; d < 3; d++) d2 += PetscSqr(model->x0[d * n + p] + model->u[d * n + p] - c->ref[d * n + p]);
       most = PetscMax(most, d2);
     }
-  if (4 * most >= c->skin * c->skin) return PETSC_TRUE;
-  if (model->crack.damage && model->crack.steps % DEM_STRESS_EVERY == 0) { /* no hurry: what is newly broken is still joined to its neighbours */
-    PetscInt broken = 0;
+  return (PetscBool)(4 * most >= c->skin * c->skin);
+}
 
-    for (PetscInt e = 0; e < model->bonds.n && model->net; e++) broken += model->crack.damage[e] >= DEM_CONTACT_BROKEN; /* springs keep no list */
-    for (PetscInt b = 0; b < model->blocks.n_blocks && !model->net; b++)
-      for (PetscInt l = 0; l < model->crack.n_live[b]; l++) broken += model->crack.damage[model->crack.live[model->blocks.bond[b] + l]] >= DEM_CONTACT_BROKEN;
-    return (PetscBool)(broken != c->broken);
+/* Bonds broken, counted here. Springs keep no list of the live ones. */
+static PetscInt Broken(DemModel model)
+{
+  const DemCrackState *crack = &model->crack;
+  const DemBlocks     *blocks = &model->blocks;
+  PetscInt             broken = 0;
+
+  for (PetscInt e = 0; e < model->bonds.n && model->net; e++) broken += crack->damage[e] >= DEM_CONTACT_BROKEN && DemBondIsMine(model, e);
+  for (PetscInt b = 0; b < blocks->n_blocks && !model->net; b++)
+    for (PetscInt l = 0; l < crack->n_live[b]; l++) {
+      const PetscInt e = crack->live[blocks->bond[b] + l];
+
+      broken += crack->damage[e] >= DEM_CONTACT_BROKEN && DemBondIsMine(model, e);
+    }
+  return broken;
+}
+
+/* Somebody has moved half the skin, or a bond has broken since the last search: of all ranks. */
+static PetscErrorCode Stale(DemModel model, PetscBool *stale)
+{
+  const DemContacts *c = &model->contacts;
+  const PetscBool    look = (PetscBool)(model->crack.damage && model->crack.steps % DEM_STRESS_EVERY == 0); /* no hurry: what is newly broken is still joined to its neighbours */
+  PetscInt           sum[3] = {0};
+
+  PetscFunctionBegin;
+  *stale = PETSC_TRUE;
+  if (!c->searches || c->fresh) PetscFunctionReturn(PETSC_SUCCESS);
+  sum[0] = Moved(model);
+  if (look && (model->ranks || !sum[0])) sum[1] = Broken(model);
+  sum[2] = c->too_deep;
+  PetscCall(DemContactsAgree_Internal(model, 3, sum));
+  *stale = (PetscBool)(sum[0] || (look && sum[1] != c->broken));
+  if (sum[2]) {
+    PetscReal deepest = c->deepest;
+
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &deepest, 1, MPIU_REAL, MPI_MAX, model->comm));
+    BaseCheckInput(PETSC_FALSE, model->comm, "Two particles overlap by %.3g of their radius at time %.6g s; the time step was chosen for %.3g. Stiffer contacts, or a larger contact.deepest, would carry them", (double)deepest,
+                   (double)model->time, (double)c->options.deepest);
   }
-  return PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode DemContactsForce_Internal(DemModel model, PetscReal dt)
 {
   DemContacts *c = &model->contacts;
+  PetscBool    stale;
 
   PetscFunctionBegin;
-  if (Stale(model)) PetscCall(DemContactsSearch_Internal(model));
+  PetscCall(Stale(model, &stale));
+  if (stale) PetscCall(DemContactsSearch_Internal(model));
+  if (model->ranks) PetscCall(DemContactGhostsMove_Internal(model));
   if (!c->m) PetscFunctionReturn(PETSC_SUCCESS);
 #pragma omp parallel num_threads((int)model->threads)
   {
@@ -380,15 +418,18 @@ PetscErrorCode DemContactsForce_Internal(DemModel model, PetscReal dt)
   }
   c->touching = 0;
   for (PetscInt b = 0; b < c->n_blocks; b++) {
+    c->deepest = PetscMax(c->deepest, c->sum[4 * b + 2]);
+    if (c->first[b] == c->last[b]) continue; /* another rank's: counted there */
     model->friction_lost += c->sum[4 * b];
     model->contact_lost += c->sum[4 * b + 1];
-    c->deepest = PetscMax(c->deepest, c->sum[4 * b + 2]);
     c->touching += (PetscInt)c->sum[4 * b + 3];
   }
-  if (c->table[0].hertz > 0 && c->deepest > c->options.deepest)
-    SETERRQ(model->comm, PETSC_ERR_USER_INPUT,
-            "Two particles overlap by %.3g of their radius at time %.6g s; the time step was chosen for %.3g. Stiffer contacts, or a larger contact.deepest, would carry them", (double)c->deepest,
-            (double)model->time, (double)c->options.deepest);
+  if (c->table[0].hertz > 0 && c->deepest > c->options.deepest) {
+    PetscCheck(model->ranks, model->comm, PETSC_ERR_USER_INPUT,
+               "Two particles overlap by %.3g of their radius at time %.6g s; the time step was chosen for %.3g. Stiffer contacts, or a larger contact.deepest, would carry them", (double)c->deepest,
+               (double)model->time, (double)c->options.deepest);
+    c->too_deep = 1; /* all ranks stop together */
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -401,16 +442,26 @@ void DemContactsStill_Internal(DemModel model)
       for (PetscInt d = 0; d < 3; d++) model->f[d * n + p] = model->torque[d * n + p] = 0;
 }
 
-void DemContactsThrough_Internal(DemModel model, PetscReal *sum, PetscInt *touching)
+/* Both ends of pair k as they are now, and the pair's law. */
+static const DemContactPair *Ends(DemModel model, PetscInt k, PetscReal a[DEM_MEET_ALL], PetscReal b[DEM_MEET_ALL])
 {
   const DemContacts *c = &model->contacts;
 
-  for (PetscInt k = 0; k < c->m; k++) {
-    const PetscInt        p = c->p[k], q = c->q[k];
-    const DemContactPair *pair = &c->table[(c->kind ? c->kind[p] : 0) * c->n_kinds + (c->kind ? c->kind[q] : 0)];
-    const PetscReal       size = c->flat > 0 ? c->flat : model->r[p] * model->r[q] / (model->r[p] + model->r[q]), overlap = PetscAbsReal(c->past[DEM_PAST * k + DEM_PAST_OVERLAP]);
+  DemContactParticle_Internal(model, c->p[k], a);
+  DemContactParticle_Internal(model, c->q[k], b);
+  return &c->table[(PetscInt)a[DEM_MEET_KIND] * c->n_kinds + (PetscInt)b[DEM_MEET_KIND]];
+}
 
-    if (!c->met[k]) continue;
+void DemContactsThrough_Internal(DemModel model, PetscReal *sum, PetscInt *touching)
+{
+  const DemContacts *c = &model->contacts;
+  PetscReal          a[DEM_MEET_ALL], b[DEM_MEET_ALL];
+
+  for (PetscInt k = 0; k < c->m; k++) {
+    if (!c->met[k] || c->p[k] >= model->own) continue;
+    const DemContactPair *pair = Ends(model, k, a, b);
+    const PetscReal       ra = a[DEM_MEET_R], rb = b[DEM_MEET_R], size = c->flat > 0 ? c->flat : ra * rb / (ra + rb), overlap = PetscAbsReal(c->past[DEM_PAST * k + DEM_PAST_OVERLAP]);
+
     *sum += pair->share * DemContactStiffness(pair, size, overlap) * overlap;
     (*touching)++;
   }
@@ -418,32 +469,32 @@ void DemContactsThrough_Internal(DemModel model, PetscReal *sum, PetscInt *touch
 
 PetscReal DemContactEnergy_Internal(DemModel model, PetscInt k, PetscReal overlap)
 {
-  const DemContacts *c = &model->contacts;
-  const PetscInt     p = c->p[k], q = c->q[k];
-  const PetscReal   *past = c->past + DEM_PAST * k, radius = model->r[p] * model->r[q] / (model->r[p] + model->r[q]);
-  DemContactHistory  h = {{past[0], past[1], past[2]}};
+  const DemContacts    *c = &model->contacts;
+  PetscReal             a[DEM_MEET_ALL], b[DEM_MEET_ALL];
+  const DemContactPair *pair   = Ends(model, k, a, b);
+  const PetscReal      *past   = c->past + DEM_PAST * k, radius = a[DEM_MEET_R] * b[DEM_MEET_R] / (a[DEM_MEET_R] + b[DEM_MEET_R]);
+  DemContactHistory     h = {{past[0], past[1], past[2]}};
 
   if (c->turns) {
     for (PetscInt d = 0; d < 3; d++) h.roll[d] = c->roll[4 * k + d];
     h.twist = c->roll[4 * k + 3];
   }
-  return DemContactEnergy(&c->table[(c->kind ? c->kind[p] : 0) * c->n_kinds + (c->kind ? c->kind[q] : 0)], radius, c->flat > 0 ? c->flat : radius, overlap, &h);
+  return DemContactEnergy(pair, radius, c->flat > 0 ? c->flat : radius, overlap, &h);
 }
 
-/* Energy stored in the contacts that touch [J] */
+/* Energy stored in the contacts that touch and are counted here [J] */
 PetscReal DemContactsEnergy_Internal(DemModel model)
 {
   const DemContacts *c = &model->contacts;
-  const PetscInt     n = model->n;
-  PetscReal          sum = 0;
+  PetscReal          sum = 0, a[DEM_MEET_ALL], b[DEM_MEET_ALL];
 
   for (PetscInt k = 0; k < c->m; k++) {
-    const PetscInt p = c->p[k], q = c->q[k];
-    PetscReal      d2 = 0, overlap;
+    PetscReal d2 = 0, overlap;
 
-    if (!c->met[k]) continue;
-    for (PetscInt d = 0; d < 3; d++) d2 += PetscSqr(model->x0[d * n + p] + model->u[d * n + p] - model->x0[d * n + q] - model->u[d * n + q] + (c->image ? c->image[3 * k + d] : 0));
-    overlap = model->r[p] + model->r[q] - PetscSqrtReal(d2) - c->past[DEM_PAST * k + DEM_PAST_OFFSET];
+    if (!c->met[k] || c->p[k] >= model->own) continue;
+    (void)Ends(model, k, a, b);
+    for (PetscInt d = 0; d < model->dim; d++) d2 += PetscSqr(a[d] - b[d] + (c->image ? c->image[3 * k + d] : 0));
+    overlap = a[DEM_MEET_R] + b[DEM_MEET_R] - PetscSqrtReal(d2) - c->past[DEM_PAST * k + DEM_PAST_OFFSET];
     if (overlap > 0) sum += DemContactEnergy_Internal(model, k, overlap);
   }
   return sum;

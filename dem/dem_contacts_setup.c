@@ -1,4 +1,4 @@
-/* dem_contacts_setup.c - contacts of a model: what the user chose, the table of materials, the step they allow, checkpoints. */
+/* dem_contacts_setup.c - contacts of a model: what the user chose, the table of materials, the step they allow. */
 #include "dem_impl.h"
 
 PetscErrorCode DemModelSetContact(DemModel model, const DemContactOptions *options)
@@ -22,7 +22,8 @@ PetscErrorCode DemModelSetGrainMaterials(DemModel model, PetscInt n, const DemMa
   PetscCheck(model->packing.n && !model->ready && !model->grain_of, model->comm, PETSC_ERR_ORDER, "Materials of grains are given once, between DemModelSetBody() and DemModelSetUp()");
   BaseCheckInput(!model->bonded, model->comm, "Bonded particles have one material");
   BaseCheckInput(n > 0 && n <= 255, model->comm, "%" PetscInt_FMT " materials of grains; between 1 and 255", n);
-  PetscCall(PetscMalloc2(n, &model->grain_kind, model->packing.n, &model->grain_of));
+  PetscCall(PetscMalloc1(n, &model->grain_kind));
+  PetscCall(PetscMalloc1(model->packing.n, &model->grain_of)); /* apart: ranks keep their part of it */
   model->n_grain_kinds = n;
   PetscCall(PetscArraycpy(model->grain_kind, material, n));
   for (PetscInt k = 0; k < model->packing.n; k++) {
@@ -63,9 +64,14 @@ PetscErrorCode DemModelSetContactPair(DemModel model, PetscInt a, PetscInt b, co
 PetscErrorCode DemModelGetContactCounts(DemModel model, DemContactCounts *counts)
 {
   const DemContacts *c = &model->contacts;
+  PetscInt           sum[3] = {c->n_who, 0, c->touching};
+  PetscReal          deepest = c->deepest;
 
   PetscFunctionBegin;
-  *counts = (DemContactCounts){.searches = c->searches, .searched = c->n_who, .pairs = c->m, .touching = c->touching, .left = DemGrainsGone_Internal(model) - (model->rain.rate > 0 ? DemGrains_Internal(model) - model->rain.next : 0), .deepest = c->deepest};
+  for (PetscInt k = 0; k < c->m; k++) sum[1] += c->p[k] < model->own;
+  PetscCall(DemContactsAgree_Internal(model, 3, sum));
+  if (model->ranks) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &deepest, 1, MPIU_REAL, MPI_MAX, model->comm));
+  *counts = (DemContactCounts){.searches = c->searches, .searched = sum[0], .pairs = sum[1], .touching = sum[2], .left = DemGrainsGone_Internal(model) - (model->rain.rate > 0 ? DemGrains_Internal(model) - model->rain.next : 0), .deepest = deepest};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -138,9 +144,17 @@ PetscErrorCode DemSetUpContacts_Internal(DemModel model)
       BaseCheckInput(L == 0 || L > 2 * (2 * most + c->skin), model->comm, "A period of %.6g m along %c is too short: it must pass twice the largest diameter and the skin, %.6g m", (double)L, (char)('x' + d),
                      (double)(2 * (2 * most + c->skin)));
     }
-  c->n_blocks = (n + DEM_CONTACT_BLOCK - 1) / DEM_CONTACT_BLOCK;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemSetUpContactRoom_Internal(DemModel model)
+{
+  DemContacts   *c = &model->contacts;
+  const PetscInt n = model->n, blocks = ((model->ranks ? model->ranks->particles : n) + DEM_CONTACT_BLOCK - 1) / DEM_CONTACT_BLOCK; /* of all ranks: few */
+
+  PetscFunctionBegin;
   PetscCall(PetscMalloc2(n, &c->who, 3 * n, &c->ref));
-  PetscCall(PetscCalloc4(c->n_blocks + 1, &c->pair, c->n_blocks + 1, &c->halo_start, n + 1, &c->slot_start, 4 * c->n_blocks, &c->sum));
+  PetscCall(PetscCalloc6(blocks + 1, &c->pair, blocks + 1, &c->halo_start, n + 1, &c->slot_start, 4 * blocks, &c->sum, blocks, &c->first, blocks, &c->last));
   PetscCall(PetscCalloc1(model->threads, &c->scratch));
   if (c->options.domain == DEM_DOMAIN_BOX || model->rain.rate > 0) PetscCall(PetscCalloc1(n, &c->gone));
   PetscCall(DemContactsRoom_Internal(model, 1));
@@ -155,8 +169,8 @@ PetscErrorCode DemContactsDestroy_Internal(DemModel model)
   PetscCall(PetscFree(c->table));
   PetscCall(PetscFree(c->kind));
   PetscCall(PetscFree2(c->who, c->ref));
-  PetscCall(PetscFree4(c->pair, c->halo_start, c->slot_start, c->sum));
-  PetscCall(PetscFree2(c->halo, c->slot));
+  PetscCall(PetscFree6(c->pair, c->halo_start, c->slot_start, c->sum, c->first, c->last));
+  PetscCall(PetscFree2(c->halo_p, c->slot));
   PetscCall(PetscFree(c->slot_f));
   PetscCall(PetscFree(c->gone));
   PetscCall(PetscFree(c->fresh));
@@ -168,10 +182,14 @@ PetscErrorCode DemContactsDestroy_Internal(DemModel model)
   PetscCall(PetscFree(c->roll));
   PetscCall(PetscFree(c->image));
   PetscCall(PetscFree(c->met));
+  PetscCall(PetscFree(c->ghost_id));
+  PetscCall(DemHaloDestroy_Internal(&c->halo));
+  if (c->record) PetscCallMPI(MPI_Type_free(&c->record));
   if (c->scratch)
     for (PetscInt t = 0; t < model->threads; t++) PetscCall(PetscFree(c->scratch[t]));
   PetscCall(PetscFree(c->scratch));
-  PetscCall(PetscFree2(model->grain_kind, model->grain_of));
+  PetscCall(PetscFree(model->grain_kind));
+  PetscCall(PetscFree(model->grain_of));
   PetscCall(PetscFree(model->grain_velocity));
   PetscCall(PetscFree2(model->pair_of, model->pair_choice));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -221,70 +239,3 @@ PetscReal DemContactsRate_Internal(DemModel model, PetscReal *drag)
   return rate;
 }
 
-PetscErrorCode DemContactsSave_Internal(DemModel model, Checkpoint f)
-{
-  const DemContacts *c = &model->contacts;
-  const PetscInt     size[6] = {c->m, c->searches, c->looked, c->broken, c->n_gone, c->touching};
-  const PetscReal    scalar[2] = {c->deepest, c->taken};
-  PetscInt          *met;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(PetscMax(c->m, model->n), &met));
-  PetscCall(CheckpointWriteInt(f, "dem/contact_counts", 6, size));
-  PetscCall(CheckpointWriteReal(f, "dem/contact_scalars", 2, scalar));
-  PetscCall(CheckpointWriteReal(f, "dem/contact_reference", 3 * model->n, c->ref));
-  if (c->gone) {
-    for (PetscInt p = 0; p < model->n; p++) met[p] = c->gone[p];
-    PetscCall(CheckpointWriteInt(f, "dem/contact_gone", model->n, met));
-  }
-  if (c->m) {
-    for (PetscInt k = 0; k < c->m; k++) met[k] = c->met[k];
-    PetscCall(CheckpointWriteInt(f, "dem/contact_first", c->m, c->p));
-    PetscCall(CheckpointWriteInt(f, "dem/contact_second", c->m, c->q));
-    PetscCall(CheckpointWriteInt(f, "dem/contact_touching", c->m, met));
-    PetscCall(CheckpointWriteReal(f, "dem/contact_history", DEM_PAST * c->m, c->past));
-    if (c->turns) PetscCall(CheckpointWriteReal(f, "dem/contact_rolling", 4 * c->m, c->roll));
-    if (c->image) PetscCall(CheckpointWriteReal(f, "dem/contact_image", 3 * c->m, c->image));
-  }
-  PetscCall(PetscFree(met));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode DemContactsLoad_Internal(DemModel model, Checkpoint f)
-{
-  DemContacts *c = &model->contacts;
-  PetscInt     size[6], *met;
-  PetscReal    scalar[2];
-
-  PetscFunctionBegin;
-  PetscCall(CheckpointReadInt(f, "dem/contact_counts", 6, size));
-  PetscCall(CheckpointReadReal(f, "dem/contact_scalars", 2, scalar));
-  PetscCall(CheckpointReadReal(f, "dem/contact_reference", 3 * model->n, c->ref));
-  PetscCall(DemContactsRoom_Internal(model, size[0]));
-  PetscCall(PetscMalloc1(PetscMax(size[0], model->n), &met));
-  c->m        = size[0];
-  c->searches = size[1];
-  c->looked   = size[2];
-  c->broken   = size[3];
-  c->n_gone   = size[4];
-  c->touching = size[5];
-  c->deepest  = scalar[0];
-  c->taken    = scalar[1];
-  if (c->gone) {
-    PetscCall(CheckpointReadInt(f, "dem/contact_gone", model->n, met));
-    for (PetscInt p = 0; p < model->n; p++) c->gone[p] = (unsigned char)met[p];
-  }
-  if (c->m) {
-    PetscCall(CheckpointReadInt(f, "dem/contact_first", c->m, c->p));
-    PetscCall(CheckpointReadInt(f, "dem/contact_second", c->m, c->q));
-    PetscCall(CheckpointReadInt(f, "dem/contact_touching", c->m, met));
-    PetscCall(CheckpointReadReal(f, "dem/contact_history", DEM_PAST * c->m, c->past));
-    if (c->turns) PetscCall(CheckpointReadReal(f, "dem/contact_rolling", 4 * c->m, c->roll));
-    if (c->image) PetscCall(CheckpointReadReal(f, "dem/contact_image", 3 * c->m, c->image));
-    for (PetscInt k = 0; k < c->m; k++) c->met[k] = (unsigned char)met[k];
-  }
-  PetscCall(PetscFree(met));
-  PetscCall(DemContactsWho_Internal(model));
-  PetscCall(DemContactsBlocks_Internal(model));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}

@@ -261,7 +261,9 @@ PetscErrorCode DemReshape_Internal(DemModel model, PetscInt stride, PetscInt cou
 /* dem_ranks_partition.c: owner of each unit of `unit` particles [ceil(n / unit)], the same on all ranks */
 PetscErrorCode DemPartition_Internal(DemModel model, PetscInt unit, PetscMPIInt owner[]);
 /* dem_ranks_halo.c */
-PetscErrorCode DemHaloSetUp_Internal(DemModel model);    /* after the ghosts' ids are known; collective */
+PetscErrorCode DemHaloSetUp_Internal(DemModel model, PetscInt n, const PetscInt id[], DemHalo *halo); /* of copies with these numbers; collective. What was there goes */
+PetscErrorCode DemHaloDestroy_Internal(DemHalo *halo);
+PetscErrorCode DemHaloSend_Internal(DemHalo *halo, MPI_Datatype record); /* halo->out to halo->in */
 PetscErrorCode DemHaloMotion_Internal(DemModel model);   /* motion of the ghosts */
 PetscErrorCode DemHaloReal_Internal(DemModel model, PetscReal *a); /* [n] */
 PetscErrorCode DemHaloStress_Internal(DemModel model, PetscReal *a); /* [n][6] */
@@ -386,13 +388,22 @@ PetscErrorCode DemToolsSave_Internal(DemModel model, Checkpoint checkpoint);
 PetscErrorCode DemToolsLoad_Internal(DemModel model, Checkpoint checkpoint);
 
 /* dem_contacts.c: search; dem_contacts_force.c: forces, added to f and torque; dt [s] since the last evaluation */
-PetscErrorCode DemSetUpContacts_Internal(DemModel model);
+PetscErrorCode DemSetUpContacts_Internal(DemModel model);     /* of the whole body: laws, skin */
+PetscErrorCode DemSetUpContactRoom_Internal(DemModel model);  /* of what is here */
 PetscErrorCode DemContactsDestroy_Internal(DemModel model);
 PetscErrorCode DemContactsSearch_Internal(DemModel model);
 PetscErrorCode DemContactsBlocks_Internal(DemModel model);
 PetscErrorCode DemContactsWho_Internal(DemModel model);
 PetscErrorCode DemContactsRoom_Internal(DemModel model, PetscInt room);
 PetscErrorCode DemContactsForce_Internal(DemModel model, PetscReal dt);
+/* dem_contacts_ranks.c: contacts between ranks */
+PetscErrorCode DemMeetersOfOthers_Internal(DemModel model, DemMeeters *m);      /* those that may meet a particle here, put in between */
+PetscErrorCode DemContactGhosts_Internal(DemModel model, PetscInt n, const PetscInt id[]); /* the copies a list needs from now on, ascending */
+PetscErrorCode DemContactGhostsMove_Internal(DemModel model);                   /* their motion */
+PetscErrorCode DemContactGhostsGone_Internal(DemModel model, unsigned char gone[]); /* [ghosts] */
+PetscErrorCode DemContactsAgree_Internal(DemModel model, PetscInt n, PetscInt sum[]); /* sums over the ranks; nothing on one */
+PetscInt       DemContactId_Internal(DemModel model, PetscInt p);                /* its number on one rank */
+void           DemContactParticle_Internal(DemModel model, PetscInt p, PetscReal at[DEM_MEET_ALL]); /* particle or copy p of a pair */
 void           DemContactsStill_Internal(DemModel model);  /* no force on particles that have left */
 void           DemContactsThrough_Internal(DemModel model, PetscReal *sum, PetscInt *n); /* of normal forces, for the out-of-balance ratio */
 PetscReal      DemContactEnergy_Internal(DemModel model, PetscInt k, PetscReal overlap); /* of pair k [J] */

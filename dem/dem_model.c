@@ -415,10 +415,11 @@ PetscErrorCode DemModelSetUp(DemModel model)
   if (model->n_tools) PetscCall(DemToolsSetUp_Internal(model));
   model->ready = PETSC_TRUE;
   DemFacesSetTime_Internal(model, 0);
+  if (model->contacts.on) PetscCall(DemSetUpContacts_Internal(model));
   PetscCall(DemSpread_Internal(model));
   PetscCall(DemForces_Internal(model, DEM_WITH_LOADS));
   if (model->contacts.on) {
-    PetscCall(DemSetUpContacts_Internal(model));
+    PetscCall(DemSetUpContactRoom_Internal(model));
     if (model->rain.rate > 0) {
       DemRainSleep_Internal(model);
       PetscCall(DemRainFall_Internal(model));
@@ -449,8 +450,9 @@ PetscErrorCode DemModelGetShare(DemModel model, DemShare *share)
 
   PetscFunctionBegin;
   PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before asking for a rank's share");
-  *share = (DemShare){.own = model->own, .ghosts = r ? r->ghosts : 0, .bonds = model->bonds.n, .facets = model->cells.n_facets};
+  *share = (DemShare){.own = model->own, .ghosts = r ? r->ghosts : 0, .bonds = model->bonds.n, .facets = model->cells.n_facets, .pairs = model->contacts.m, .copies = model->contacts.ghosts};
   for (PetscInt e = 0; e < model->bonds.n; e++) share->counted += DemBondIsMine(model, e);
+  for (PetscInt k = 0; k < model->contacts.m; k++) share->between += model->contacts.met[k] && model->contacts.p[k] < model->own && model->contacts.q[k] >= model->own;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -182,7 +182,7 @@ static PetscErrorCode Number(DemModel model, const Part *part)
   r->walls      = model->walls.n;
   r->cell_walls = model->cells.n_walls;
   r->blocks     = model->blocks.n_blocks;
-  r->ghosts = r->fixed = part->n - part->own;
+  r->ghosts     = part->n - part->own;
   PetscCall(PetscMalloc1(part->n, &r->id));
   PetscCall(PetscMalloc1(part->n, &r->number));
   PetscCall(PetscMalloc1(part->bonds, &r->bond));
@@ -275,6 +275,15 @@ static PetscErrorCode CutCells(DemModel model, const Part *part)
   PetscCall(TakeReals(part->facets, part->facet, 1, &model->weak));
   PetscCall(PetscFree(model->group));
   PetscCall(PetscFree(model->breakable));
+  PetscCall(TakeInts(part->n, packed, &model->grain_of));
+  if (model->contacts.kind) {
+    unsigned char *kind;
+
+    PetscCall(PetscMalloc1(part->n, &kind));
+    for (PetscInt p = 0; p < part->n; p++) kind[p] = model->contacts.kind[part->take[p]];
+    PetscCall(PetscFree(model->contacts.kind));
+    model->contacts.kind = kind;
+  }
   PetscCall(PetscFree2(wall, packed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -464,7 +473,6 @@ static PetscErrorCode Refuse(DemModel model)
   BaseCheckInput(!model->weight_mass, model->comm, "A coupled body runs on one rank; give it threads instead: cleave run SCENE --threads N");
   BaseCheckInput(!model->clumps.n, model->comm, "Clumps run on one rank for now; give them threads instead: cleave run SCENE --threads N");
   BaseCheckInput(model->rain.rate == 0, model->comm, "A rain of grains runs on one rank for now; give it threads instead: cleave run SCENE --threads N");
-  BaseCheckInput(!model->contacts.on, model->comm, "Contacts between particles run on one rank for now; give them threads instead: cleave run SCENE --threads N");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -490,7 +498,6 @@ PetscErrorCode DemSpread_Internal(DemModel model)
   r->size = size;
   r->rank = rank;
   r->unit = unit;
-  r->wide = model->contacts.on ? 13 : 7;
   PetscCall(PetscMalloc2(units, &r->unit_owner, units, &r->unit_start));
   PetscCall(DemPartition_Internal(model, unit, r->unit_owner));
   PetscCall(PetscCalloc1(size, &filled));
@@ -499,7 +506,7 @@ PetscErrorCode DemSpread_Internal(DemModel model)
     filled[r->unit_owner[k]] += PetscMin(unit, model->n - k * unit);
   }
   PetscCall(PetscFree(filled));
-  PetscCallMPI(MPI_Type_contiguous((PetscMPIInt)r->wide, MPIU_REAL, &r->motion));
+  PetscCallMPI(MPI_Type_contiguous(7, MPIU_REAL, &r->motion));
   PetscCallMPI(MPI_Type_commit(&r->motion));
   PetscCallMPI(MPI_Type_contiguous(6, MPIU_REAL, &r->stress));
   PetscCallMPI(MPI_Type_commit(&r->stress));
@@ -520,7 +527,7 @@ PetscErrorCode DemSpread_Internal(DemModel model)
   PetscCall(PetscFree2(part.take, part.local));
   PetscCall(PetscFree4(part.bond, part.block, part.first, part.bond_start));
   PetscCall(PetscFree2(part.facet, part.facet_local));
-  PetscCall(DemHaloSetUp_Internal(model));
+  PetscCall(DemHaloSetUp_Internal(model, model->ranks->ghosts, model->ranks->id + model->own, &model->ranks->halo));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -540,9 +547,7 @@ PetscErrorCode DemRanksDestroy_Internal(DemModel model)
   PetscCall(PetscFree(r->mine));
   PetscCall(PetscFree(r->block_mine));
   PetscCall(PetscFree2(r->unit_owner, r->unit_start));
-  PetscCall(PetscSFDestroy(&r->sf));
-  PetscCall(PetscFree(r->border));
-  PetscCall(PetscFree2(r->out, r->in));
+  PetscCall(DemHaloDestroy_Internal(&r->halo));
   PetscCallMPI(MPI_Type_free(&r->motion));
   PetscCallMPI(MPI_Type_free(&r->stress));
   PetscCall(PetscFree(model->ranks));

@@ -1,116 +1,118 @@
 /* dem_ranks_halo.c - what ranks tell each other in a step: motion of the ghosts, dilations, stresses; sums in the order of the ranks. */
 #include "dem_impl.h"
 
-/* Who sends what: ghosts learn where their owner keeps them, the owners which of their particles are wanted. */
-PetscErrorCode DemHaloSetUp_Internal(DemModel model)
+/* Who sends what: copies learn where their owner keeps them, the owners which of their particles are wanted. */
+PetscErrorCode DemHaloSetUp_Internal(DemModel model, PetscInt n, const PetscInt id[], DemHalo *halo)
 {
-  DemRanks       r = model->ranks;
-  const PetscInt own = model->own;
-  PetscSFNode   *from;
-  PetscInt      *row, *theirs;
+  const DemRanks  r = model->ranks;
+  const PetscInt  own = model->own;
+  PetscSFNode    *from;
+  PetscInt       *row, *theirs;
   const PetscInt *degree;
-  PetscSF        all;
+  PetscSF         all;
 
   PetscFunctionBegin;
-  PetscCall(PetscSFDestroy(&r->sf));
-  PetscCall(PetscFree(r->border));
-  PetscCall(PetscFree2(r->out, r->in));
-  PetscCall(PetscMalloc1(r->ghosts, &from));
-  PetscCall(PetscMalloc2(own, &row, r->ghosts, &theirs));
-  for (PetscInt g = 0; g < r->ghosts; g++) {
-    const PetscInt id = r->id[own + g], unit = id / r->unit;
+  PetscCall(DemHaloDestroy_Internal(halo));
+  halo->n = n;
+  PetscCall(PetscMalloc1(n, &from));
+  PetscCall(PetscMalloc2(own, &row, n, &theirs));
+  for (PetscInt g = 0; g < n; g++) {
+    const PetscInt unit = id[g] / r->unit;
 
     from[g].rank  = r->unit_owner[unit];
-    from[g].index = r->unit_start[unit] + id - unit * r->unit;
+    from[g].index = r->unit_start[unit] + id[g] - unit * r->unit;
   }
   PetscCall(PetscSFCreate(model->comm, &all));
-  PetscCall(PetscSFSetGraph(all, own, r->ghosts, NULL, PETSC_COPY_VALUES, from, PETSC_COPY_VALUES));
+  PetscCall(PetscSFSetGraph(all, own, n, NULL, PETSC_COPY_VALUES, from, PETSC_COPY_VALUES));
   PetscCall(PetscSFSetUp(all));
   PetscCall(PetscSFComputeDegreeBegin(all, &degree));
   PetscCall(PetscSFComputeDegreeEnd(all, &degree));
-  r->n_border = 0;
-  for (PetscInt p = 0; p < own; p++) r->n_border += degree[p] > 0;
-  PetscCall(PetscMalloc1(r->n_border, &r->border));
+  for (PetscInt p = 0; p < own; p++) halo->n_border += degree[p] > 0;
+  PetscCall(PetscMalloc1(halo->n_border, &halo->border));
   for (PetscInt p = 0, k = 0; p < own; p++) {
     row[p] = degree[p] > 0 ? k : -1;
-    if (degree[p] > 0) r->border[k++] = p;
+    if (degree[p] > 0) halo->border[k++] = p;
   }
   PetscCall(PetscSFBcastBegin(all, MPIU_INT, row, theirs, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(all, MPIU_INT, row, theirs, MPI_REPLACE));
   PetscCall(PetscSFDestroy(&all));
-  for (PetscInt g = 0; g < r->ghosts; g++) from[g].index = theirs[g];
-  PetscCall(PetscSFCreate(model->comm, &r->sf));
-  PetscCall(PetscSFSetGraph(r->sf, r->n_border, r->ghosts, NULL, PETSC_COPY_VALUES, from, PETSC_COPY_VALUES));
-  PetscCall(PetscSFSetUp(r->sf));
+  for (PetscInt g = 0; g < n; g++) from[g].index = theirs[g];
+  PetscCall(PetscSFCreate(model->comm, &halo->sf));
+  PetscCall(PetscSFSetGraph(halo->sf, halo->n_border, n, NULL, PETSC_COPY_VALUES, from, PETSC_COPY_VALUES));
+  PetscCall(PetscSFSetUp(halo->sf));
   PetscCall(PetscFree(from));
   PetscCall(PetscFree2(row, theirs));
-  PetscCall(PetscMalloc2(13 * r->n_border, &r->out, 13 * r->ghosts, &r->in));
+  PetscCall(PetscMalloc2(DEM_HALO_ROW * halo->n_border, &halo->out, DEM_HALO_ROW * n, &halo->in));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Send(DemRanks r, MPI_Datatype record)
+PetscErrorCode DemHaloDestroy_Internal(DemHalo *halo)
 {
   PetscFunctionBegin;
-  PetscCall(PetscSFBcastBegin(r->sf, record, r->out, r->in, MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(r->sf, record, r->out, r->in, MPI_REPLACE));
+  PetscCall(PetscSFDestroy(&halo->sf));
+  PetscCall(PetscFree(halo->border));
+  PetscCall(PetscFree2(halo->out, halo->in));
+  halo->n = halo->n_border = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One column-major array of k columns into the records at `at`, or back. */
-static void Pack(DemRanks r, PetscInt n, PetscInt k, PetscInt at, const PetscReal *a)
+PetscErrorCode DemHaloSend_Internal(DemHalo *halo, MPI_Datatype record)
 {
-  for (PetscInt d = 0; d < k; d++)
-    for (PetscInt b = 0; b < r->n_border; b++) r->out[r->wide * b + at + d] = a[d * n + r->border[b]];
+  PetscFunctionBegin;
+  PetscCall(PetscSFBcastBegin(halo->sf, record, halo->out, halo->in, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(halo->sf, record, halo->out, halo->in, MPI_REPLACE));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void Unpack(DemRanks r, PetscInt n, PetscInt own, PetscInt k, PetscInt at, PetscReal *a)
+#define MOTION 7 /* displacement, rotation */
+
+/* One column-major array of k columns into the records at `at`, or back. */
+static void Pack(const DemHalo *h, PetscInt n, PetscInt k, PetscInt at, const PetscReal *a)
 {
   for (PetscInt d = 0; d < k; d++)
-    for (PetscInt g = 0; g < r->ghosts; g++) a[d * n + own + g] = r->in[r->wide * g + at + d];
+    for (PetscInt b = 0; b < h->n_border; b++) h->out[MOTION * b + at + d] = a[d * n + h->border[b]];
+}
+
+static void Unpack(const DemHalo *h, PetscInt n, PetscInt own, PetscInt k, PetscInt at, PetscReal *a)
+{
+  for (PetscInt d = 0; d < k; d++)
+    for (PetscInt g = 0; g < h->n; g++) a[d * n + own + g] = h->in[MOTION * g + at + d];
 }
 
 PetscErrorCode DemHaloMotion_Internal(DemModel model)
 {
-  DemRanks       r = model->ranks;
+  DemHalo       *h = &model->ranks->halo;
   const PetscInt n = model->n, own = model->own;
 
   PetscFunctionBegin;
-  Pack(r, n, 3, 0, model->u);
-  Pack(r, n, 4, 3, model->rot);
-  if (r->wide > 7) { /* contacts go by velocities too */
-    Pack(r, n, 3, 7, model->v);
-    Pack(r, n, 3, 10, model->spin);
-  }
-  PetscCall(Send(r, r->motion));
-  Unpack(r, n, own, 3, 0, model->u);
-  Unpack(r, n, own, 4, 3, model->rot);
-  if (r->wide > 7) {
-    Unpack(r, n, own, 3, 7, model->v);
-    Unpack(r, n, own, 3, 10, model->spin);
-  }
+  Pack(h, n, 3, 0, model->u);
+  Pack(h, n, 4, 3, model->rot);
+  PetscCall(DemHaloSend_Internal(h, model->ranks->motion));
+  Unpack(h, n, own, 3, 0, model->u);
+  Unpack(h, n, own, 4, 3, model->rot);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode DemHaloReal_Internal(DemModel model, PetscReal *a)
 {
-  DemRanks r = model->ranks;
+  DemHalo *h = &model->ranks->halo;
 
   PetscFunctionBegin;
-  for (PetscInt b = 0; b < r->n_border; b++) r->out[b] = a[r->border[b]];
-  PetscCall(PetscSFBcastBegin(r->sf, MPIU_REAL, r->out, a + model->own, MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(r->sf, MPIU_REAL, r->out, a + model->own, MPI_REPLACE));
+  for (PetscInt b = 0; b < h->n_border; b++) h->out[b] = a[h->border[b]];
+  PetscCall(PetscSFBcastBegin(h->sf, MPIU_REAL, h->out, a + model->own, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(h->sf, MPIU_REAL, h->out, a + model->own, MPI_REPLACE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode DemHaloStress_Internal(DemModel model, PetscReal *a)
 {
-  DemRanks r = model->ranks;
+  DemHalo *h = &model->ranks->halo;
 
   PetscFunctionBegin;
-  for (PetscInt b = 0; b < r->n_border; b++)
-    for (PetscInt c = 0; c < 6; c++) r->out[6 * b + c] = a[6 * r->border[b] + c];
-  PetscCall(PetscSFBcastBegin(r->sf, r->stress, r->out, a + 6 * model->own, MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(r->sf, r->stress, r->out, a + 6 * model->own, MPI_REPLACE));
+  for (PetscInt b = 0; b < h->n_border; b++)
+    for (PetscInt c = 0; c < 6; c++) h->out[6 * b + c] = a[6 * h->border[b] + c];
+  PetscCall(PetscSFBcastBegin(h->sf, model->ranks->stress, h->out, a + 6 * model->own, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(h->sf, model->ranks->stress, h->out, a + 6 * model->own, MPI_REPLACE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

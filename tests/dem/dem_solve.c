@@ -232,3 +232,31 @@ PetscErrorCode TestRemoveRigid(DemModel model, PetscReal *x)
   PetscCall(DemModelRestoreState(model, &s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* The rank's own particles are those of the whole body, to the last bit. */
+PetscErrorCode TestSameState(DemModel part, DemModel whole)
+{
+  DemState  a, b;
+  PetscInt *where;
+
+  PetscFunctionBegin;
+  PetscCall(DemModelGetState(part, &a));
+  PetscCall(DemModelGetState(whole, &b));
+  PetscCall(PetscMalloc1(b.n, &where));
+  for (PetscInt p = 0; p < b.n; p++) where[b.number[p]] = p;
+  for (PetscInt p = 0; p < a.own; p++) {
+    const PetscInt q = where[a.number[p]];
+
+    for (PetscInt d = 0; d < 3; d++) {
+      CheckNear(a.u[d * a.n + p], b.u[d * b.n + q], 0);
+      CheckNear(a.v[d * a.n + p], b.v[d * b.n + q], 0);
+      CheckNear(a.spin[d * a.n + p], b.spin[d * b.n + q], 0);
+      CheckNear(a.f[d * a.n + p], b.f[d * b.n + q], 0);
+    }
+    for (PetscInt d = 0; d < 4; d++) CheckNear(a.rot[d * a.n + p], b.rot[d * b.n + q], 0);
+  }
+  PetscCall(PetscFree(where));
+  PetscCall(DemModelRestoreState(part, &a));
+  PetscCall(DemModelRestoreState(whole, &b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

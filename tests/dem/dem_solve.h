@@ -26,3 +26,6 @@ PetscErrorCode TestEquilibrium(DemModel model, PetscReal rtol, PetscReal *x, Pet
 
 /* Remove from x the rigid motion that fits it best, by displacement. */
 PetscErrorCode TestRemoveRigid(DemModel model, PetscReal *x);
+
+/* The rank's own particles are those of the whole body on one rank, to the last bit. */
+PetscErrorCode TestSameState(DemModel part, DemModel whole);

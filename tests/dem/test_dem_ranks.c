@@ -91,34 +91,6 @@ static PetscErrorCode Steps(DemModel model, PetscInt from, PetscInt to)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The rank's own particles are those of the whole body, to the last bit. */
-static PetscErrorCode SameState(DemModel part, DemModel whole)
-{
-  DemState  a, b;
-  PetscInt *where;
-
-  PetscFunctionBegin;
-  PetscCall(DemModelGetState(part, &a));
-  PetscCall(DemModelGetState(whole, &b));
-  PetscCall(PetscMalloc1(b.n, &where));
-  for (PetscInt p = 0; p < b.n; p++) where[b.number[p]] = p;
-  for (PetscInt p = 0; p < a.own; p++) {
-    const PetscInt q = where[a.number[p]];
-
-    for (PetscInt d = 0; d < 3; d++) {
-      CheckNear(a.u[d * a.n + p], b.u[d * b.n + q], 0);
-      CheckNear(a.v[d * a.n + p], b.v[d * b.n + q], 0);
-      CheckNear(a.spin[d * a.n + p], b.spin[d * b.n + q], 0);
-      CheckNear(a.f[d * a.n + p], b.f[d * b.n + q], 0);
-    }
-    for (PetscInt d = 0; d < 4; d++) CheckNear(a.rot[d * a.n + p], b.rot[d * b.n + q], 0);
-  }
-  PetscCall(PetscFree(where));
-  PetscCall(DemModelRestoreState(part, &a));
-  PetscCall(DemModelRestoreState(whole, &b));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Energies and columns of the history: sums in another order. */
 static PetscErrorCode SameSums(DemModel part, DemModel whole)
 {
@@ -204,10 +176,10 @@ static PetscErrorCode Compare(const Setting *s)
   PetscCall(Body(s->dim, &body));
   PetscCall(Model(PETSC_COMM_WORLD, &body, s, 1, &part));
   PetscCall(Model(PETSC_COMM_SELF, &body, s, 1, &whole));
-  PetscCall(SameState(part, whole));
+  PetscCall(TestSameState(part, whole));
   PetscCall(Steps(part, 0, s->steps));
   PetscCall(Steps(whole, 0, s->steps));
-  PetscCall(SameState(part, whole));
+  PetscCall(TestSameState(part, whole));
   PetscCall(SameSums(part, whole));
   if (s->what != ELASTIC) {
     PetscCall(SameCracks(part, whole, &broken, &between));
@@ -337,7 +309,7 @@ static PetscErrorCode TestRestart(void)
     PetscCall(Model(PETSC_COMM_WORLD, &body, &s, 1, &on)); /* one to all */
     PetscCall(Load(PETSC_COMM_WORLD, on, alone));
     PetscCall(Steps(on, half, all));
-    PetscCall(SameState(on, whole));
+    PetscCall(TestSameState(on, whole));
     PetscCall(SameSums(on, whole));
     PetscCall(SameCracks(on, whole, &broken, &between));
     CheckAbove(broken, 5);
@@ -346,7 +318,7 @@ static PetscErrorCode TestRestart(void)
       PetscCall(Model(PETSC_COMM_SELF, &body, &s, 1, &on));
       PetscCall(Load(PETSC_COMM_SELF, on, file));
       PetscCall(Steps(on, half, all));
-      PetscCall(SameState(on, whole));
+      PetscCall(TestSameState(on, whole));
       PetscCall(DemModelDestroy(&on));
     }
     PetscCallMPI(MPI_Comm_split(PETSC_COMM_WORLD, rank < size / 2, rank, &some)); /* all to half of them */
@@ -354,7 +326,7 @@ static PetscErrorCode TestRestart(void)
       PetscCall(Model(some, &body, &s, 1, &on));
       PetscCall(Load(some, on, file));
       PetscCall(Steps(on, half, all));
-      PetscCall(SameState(on, whole));
+      PetscCall(TestSameState(on, whole));
       PetscCall(DemModelDestroy(&on));
     }
     PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
@@ -385,7 +357,7 @@ static PetscErrorCode TestThreadsAndFragments(void)
   PetscCall(Model(PETSC_COMM_SELF, &body, &s, 1, &whole));
   PetscCall(Steps(part, 0, 200));
   PetscCall(Steps(whole, 0, 200));
-  PetscCall(SameState(part, whole));
+  PetscCall(TestSameState(part, whole));
   PetscCall(DemModelGetState(part, &state));
   PetscCall(PetscMalloc2(state.n, &a, body.packing.n, &b));
   PetscCall(DemModelGetFragments(part, &parts[0], a));
@@ -481,29 +453,6 @@ static PetscErrorCode TestTools(void)
 }
 CHECK_TEST(TestTools)
 
-/* What runs on one rank alone is refused by name, with a way out. */
-static PetscErrorCode TestRefusals(void)
-{
-  const DemMaterial       material = {1, 1, 0.2};
-  const DemContactOptions meet = {.choice = {.law = DEM_CONTACT_LINEAR, .restitution = 0.5}};
-  TestBody                body;
-  DemModel                model;
-
-  PetscFunctionBeginUser;
-  PetscCall(Body(2, &body));
-  PetscCall(DemModelCreate(PETSC_COMM_WORLD, &model));
-  PetscCall(DemModelSetKind(model, DEM_PLANE_STRESS));
-  PetscCall(DemModelSetMaterial(model, &material));
-  PetscCall(DemModelSetBonded(model, PETSC_FALSE));
-  PetscCall(DemModelSetBody(model, &body.body, &body.packing, NULL));
-  PetscCall(DemModelSetContact(model, &meet));
-  CheckFails(DemModelSetUp(model), PETSC_ERR_USER_INPUT, "Contacts between particles run on one rank for now; give them threads");
-  PetscCall(DemModelDestroy(&model));
-  PetscCall(TestBodyDestroy(&body));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-CHECK_TEST(TestRefusals)
-
 /* A state that is lost is told by all ranks in the same words. */
 static PetscErrorCode TestWatch(void)
 {
@@ -559,5 +508,5 @@ static PetscErrorCode TestTooFew(void)
 }
 CHECK_TEST(TestTooFew)
 
-static const struct CMUnitTest tests[] = {TEST(TestElastic), TEST(TestBreaking), TEST(TestPublished), TEST(TestShare), TEST(TestRestart), TEST(TestThreadsAndFragments), TEST(TestTools), TEST(TestRefusals), TEST(TestWatch), TEST(TestTooFew)};
+static const struct CMUnitTest tests[] = {TEST(TestElastic), TEST(TestBreaking), TEST(TestPublished), TEST(TestShare), TEST(TestRestart), TEST(TestThreadsAndFragments), TEST(TestTools), TEST(TestWatch), TEST(TestTooFew)};
 CHECK_MAIN(tests)
