@@ -131,7 +131,7 @@ typedef struct {
   DemPacking  packing;
   DemCells    cells;
   FemModel    fem;
-  DemModel    dem;
+  DemModel    dem, whole; /* whole: of a coupled body on several ranks, of which dem is the part that steps */
   CouplingSplit split; /* coupled */
   CouplingModel coupling;
   CouplingContact contact; /* APP_TOUCH */

@@ -361,10 +361,13 @@ static PetscErrorCode MakeSides(void *ctx, const CouplingSplit *split, const Dem
   PetscReal         velocity[3];
   char              path[256];
 
+  const MPI_Comm    alone    = c->size > 1 ? PETSC_COMM_SELF : c->comm; /* every rank has all elements, and the particles for itself, too */
+  FemModel          had      = c->fem;
+
   PetscFunctionBegin;
   PetscCall(InitialVelocity(c, part, velocity, path));
-  PetscCall(FemModelCreate(c->comm, &c->fem));
-  c->made_fem++;
+  PetscCall(FemModelCreate(alone, &c->fem));
+  c->made_fem += fem ? 1 : 0;
   PetscCall(FemModelSetKind(c->fem, CoupledKind(c), c->thickness));
   PetscCall(FemModelSetMethod(c->fem, FEM_EXPLICIT));
   PetscCall(FemModelSetStartGiven(c->fem, (PetscBool)(c->preload || c->is_static)));
@@ -379,7 +382,7 @@ static PetscErrorCode MakeSides(void *ctx, const CouplingSplit *split, const Dem
   PetscCall(FemModelSetInitialVelocity(c->fem, velocity));
   PetscCall(FemModelSetLocalDamping(c->fem, part->local_damping));
   PetscCall(FemModelSetDamping(c->fem, part->mass_damping));
-  PetscCall(DemModelCreate(c->comm, &c->dem));
+  PetscCall(DemModelCreate(fem ? alone : c->comm, &c->dem));
   c->made_dem++;
   PetscCall(DemModelSetKind(c->dem, c->dim == 3 ? DEM_SOLID : c->plane_stress ? DEM_PLANE_STRESS : DEM_PLANE_STRAIN));
   PetscCall(DemModelSetThreads(c->dem, c->threads));
@@ -390,7 +393,11 @@ static PetscErrorCode MakeSides(void *ctx, const CouplingSplit *split, const Dem
   AppCallAt(c->scene, path, DemModelSetBody(c->dem, body, packing, cells));
   PetscCall(AppConditionsApply(c));
   PetscCall(AppContactApply(c));
-  *fem = c->fem;
+  if (fem) *fem = c->fem;
+  else { /* the particles alone were asked for, shared out among the ranks */
+    PetscCall(FemModelDestroy(&c->fem));
+    c->fem = had;
+  }
   *dem = c->dem;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -455,10 +462,17 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
     PetscCall(CouplingSwitchGetStepper(c->turning, &c->stepper));
     PetscCall(AppSidesNow(c));
   } else {
-    PetscCall(MakeSides(c, &c->split, &c->body, &c->packing, &c->cells, &c->fem, &c->dem));
+    DemModel dem;
+
+    PetscCall(MakeSides(c, &c->split, &c->body, &c->packing, &c->cells, &c->fem, &dem));
     PetscCall(CouplingModelCreate(c->comm, &c->coupling));
+    if (c->size > 1) {
+      c->whole = dem;
+      PetscCall(MakeSides(c, &c->split, &c->body, &c->packing, &c->cells, NULL, &c->dem));
+      PetscCall(CouplingModelSetPart(c->coupling, c->dem));
+    }
     AppCallAt(c->scene, "coupling", CouplingModelSetSplit(c->coupling, &c->split, &options));
-    AppCallAt(c->scene, "coupling", CouplingModelSetSides(c->coupling, c->fem, c->dem, &c->packing, &c->cells, &elements, CoupledKind(c), c->thickness));
+    AppCallAt(c->scene, "coupling", CouplingModelSetSides(c->coupling, c->fem, dem, &c->packing, &c->cells, &elements, CoupledKind(c), c->thickness));
     AppCallAt(c->scene, "bodies", CouplingModelSetUp(c->coupling));
     PetscCall(DemCellsDestroy(&c->cells));
     PetscCall(DemPackingDestroy(&c->packing));
@@ -495,6 +509,7 @@ PetscErrorCode AppCaseDestroy(AppCase *c)
   if (c->coupling) PetscCall(CouplingModelDestroy(&c->coupling));
   if (c->fem) PetscCall(FemModelDestroy(&c->fem));
   if (c->dem) PetscCall(DemModelDestroy(&c->dem));
+  if (c->whole) PetscCall(DemModelDestroy(&c->whole));
   PetscCall(DemCellsDestroy(&c->cells));
   PetscCall(DemPackingDestroy(&c->packing));
   PetscCall(DemBodyDestroy(&c->body));

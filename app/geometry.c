@@ -657,7 +657,6 @@ static PetscErrorCode ReadCoupledBody(AppCase *c)
   PetscInt    order;
 
   PetscFunctionBegin;
-  BaseCheckInput(c->size == 1, c->comm, "A coupled body runs on one rank for now, not %d; give it threads instead: cleave run SCENE --threads N", c->size);
   Path(path, "bodies.%s.mesh.order", body);
   PetscCall(SceneGetInt(c->scene, path, &order));
   Path(path, "bodies.%s.mesh.incomplete", body);
@@ -666,6 +665,7 @@ static PetscErrorCode ReadCoupledBody(AppCase *c)
   PetscCall(ShareMeshGroups(c));
   PetscCall(CheckPartGroup(c, &c->part[0], c->n_groups, c->group));
   PetscCall(RestrictMesh(c));
+  PetscCall(MeshShare(c->comm, &c->mesh)); /* every rank has all elements of a coupled body */
   EstimateStep(c);
   PetscCall(PetscFree(c->group));
   PetscCall(ShareMeshGroups(c));

@@ -15,7 +15,7 @@
 struct _p_Checkpoint {
   MPI_Comm    comm;
   PetscMPIInt rank;
-  PetscBool   writing;
+  PetscBool   writing, memory;
   hid_t       file;            /* rank 0 only; < 0 elsewhere */
   char        path[BASE_LINE]; /* final name */
   char        part[BASE_LINE]; /* what is being written */
@@ -43,7 +43,7 @@ static PetscErrorCode Free(Checkpoint *checkpoint)
 
   PetscFunctionBegin;
   if (c->file >= 0) H5Fclose(c->file);
-  if (c->writing && c->rank == 0) unlink(c->part); /* already renamed when the close went well */
+  if (c->writing && !c->memory && c->rank == 0) unlink(c->part); /* already renamed when the close went well */
   PetscCall(PetscFree(*checkpoint));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -57,6 +57,19 @@ PetscErrorCode CheckpointCreate(MPI_Comm comm, const char *file, Checkpoint *che
   if ((*checkpoint)->rank == 0) code = Hdf5Create((*checkpoint)->part, &(*checkpoint)->file);
   if (code) (void)Free(checkpoint);
   PetscCall(FileShareError(comm, code, "create the checkpoint"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CheckpointCreateInMemory(MPI_Comm comm, Checkpoint *checkpoint)
+{
+  PetscErrorCode code = PETSC_SUCCESS;
+
+  PetscFunctionBegin;
+  PetscCall(Allocate(comm, "memory", PETSC_TRUE, checkpoint));
+  (*checkpoint)->memory = PETSC_TRUE;
+  if ((*checkpoint)->rank == 0) code = Hdf5CreateInMemory("memory", &(*checkpoint)->file);
+  if (code) (void)Free(checkpoint);
+  PetscCall(FileShareError(comm, code, "keep the state in memory"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -120,7 +133,7 @@ PetscErrorCode CheckpointClose(Checkpoint *checkpoint)
   PetscFunctionBegin;
   if (!*checkpoint) PetscFunctionReturn(PETSC_SUCCESS);
   comm = (*checkpoint)->comm;
-  if ((*checkpoint)->rank == 0 && (*checkpoint)->writing) code = Finish(*checkpoint);
+  if ((*checkpoint)->rank == 0 && (*checkpoint)->writing && !(*checkpoint)->memory) code = Finish(*checkpoint);
   PetscCall(Free(checkpoint));
   PetscCall(FileShareError(comm, code, "finish the checkpoint"));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -212,7 +225,7 @@ static PetscErrorCode ReadArray(Checkpoint c, const char *name, hid_t type, MPI_
   PetscMPIInt    count;
 
   PetscFunctionBegin;
-  PetscCheck(!c->writing, c->comm, PETSC_ERR_ORDER, "'%s' was opened for writing", c->path);
+  PetscCheck(!c->writing || c->memory, c->comm, PETSC_ERR_ORDER, "'%s' was opened for writing", c->path);
   if (c->rank == 0) code = ReadHere(c, name, type, n, data);
   PetscCall(FileShareError(c->comm, code, "read the checkpoint"));
   PetscCall(PetscMPIIntCast(n, &count));

@@ -6,6 +6,7 @@ typedef struct _p_Checkpoint *Checkpoint;
 
 /* Write to FILE.part, renamed to FILE on close: a stop in between leaves the last good one. Collective; rank 0 writes. */
 PetscErrorCode CheckpointCreate(MPI_Comm comm, const char *file, Checkpoint *checkpoint);
+PetscErrorCode CheckpointCreateInMemory(MPI_Comm comm, Checkpoint *checkpoint); /* written, then read from the same handle; no file */
 PetscErrorCode CheckpointOpen(MPI_Comm comm, const char *file, Checkpoint *checkpoint);
 PetscErrorCode CheckpointClose(Checkpoint *checkpoint);
 PetscErrorCode CheckpointAbandon(Checkpoint *checkpoint); /* drop the unfinished file */

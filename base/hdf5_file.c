@@ -23,6 +23,19 @@ PetscErrorCode Hdf5Create(const char *path, hid_t *file)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode Hdf5CreateInMemory(const char *name, hid_t *file)
+{
+  const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+
+  PetscFunctionBegin;
+  Hdf5Quiet();
+  H5Pset_fapl_core(access, 1 << 20, 0);
+  *file = H5Fcreate(name, H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  H5Pclose(access);
+  Hdf5Check(*file, name, "make room for it in memory");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode Hdf5Group(hid_t where, const char *name, const char *path, hid_t *group)
 {
   const hid_t parents = H5Pcreate(H5P_LINK_CREATE);

@@ -24,6 +24,7 @@
 
 void           Hdf5Quiet(void); /* HDF5 keeps its own error stack to itself; ours has the words */
 PetscErrorCode Hdf5Create(const char *path, hid_t *file);
+PetscErrorCode Hdf5CreateInMemory(const char *name, hid_t *file); /* nothing reaches a disk; gone when closed */
 PetscErrorCode Hdf5Group(hid_t where, const char *name, const char *path, hid_t *group); /* intermediate groups too */
 /* data [rows][columns]; columns 0 makes a 1-D set. unit NULL = none. The same bytes whenever it is written. */
 PetscErrorCode Hdf5Write(hid_t where, const char *name, const char *path, hid_t type, hsize_t rows, hsize_t columns, const void *data, const char *unit);

@@ -54,6 +54,9 @@ typedef struct {
 PetscErrorCode CouplingModelCreate(MPI_Comm comm, CouplingModel *model);
 PetscErrorCode CouplingModelSetSplit(CouplingModel model, const CouplingSplit *split, const CouplingOptions *options); /* split borrowed for the model's life */
 
+/* On several ranks every rank gives the same elements and the same particles, made for itself alone (PETSC_COMM_SELF), and a second model of these
+   particles made on all ranks together, which is shared out and steps. Before CouplingModelSetSides(); borrowed. */
+PetscErrorCode CouplingModelSetPart(CouplingModel model, DemModel part);
 /* Both sides, with mesh, material and body given and not yet set up: sets their weights, the rim, and which bonds cannot break.
    material is the one both share in the overlap. thickness [m] in 2D. */
 PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel dem, const DemPacking *packing, const DemCells *cells, const FemMaterial *material, FemKind kind, PetscReal thickness);
@@ -107,7 +110,8 @@ typedef struct {
   PetscBool         off;        /* never: the elements stay what they are, for comparison */
 } CouplingSwitchOptions;
 
-/* Makes both sides of a split, not yet set up: mesh, material, damping, conditions, history, always the same but for the split. The body is for DemModelSetBody(). */
+/* Makes both sides of a split, not yet set up: mesh, material, damping, conditions, history, always the same but for the split. The body is for DemModelSetBody().
+   On several ranks both on PETSC_COMM_SELF; and called once more with fem NULL: the particles again, on all ranks. */
 typedef PetscErrorCode (*CouplingMakeSides)(void *ctx, const CouplingSplit *split, const DemBody *body, const DemPacking *packing, const DemCells *cells, FemModel *fem, DemModel *dem);
 
 /* seed: the group that is particles from the start. whole is borrowed for the object's life. */

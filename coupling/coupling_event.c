@@ -18,6 +18,7 @@ PetscErrorCode CouplingHalvesDestroy_Internal(CouplingHalves **halves)
   PetscCall(CouplingModelDestroy(&h->model));
   PetscCall(FemModelDestroy(&h->fem));
   PetscCall(DemModelDestroy(&h->dem));
+  PetscCall(DemModelDestroy(&h->part));
   PetscCall(CouplingCarvedDestroy_Internal(&h->carved));
   PetscCall(CouplingSplitDestroy(&h->split));
   PetscCall(PetscFree(h->watched));
@@ -67,6 +68,7 @@ PetscErrorCode CouplingBuild_Internal(CouplingSwitch sw, CouplingHalves **halves
 {
   CouplingHalves *h;
   CouplingOptions options = sw->coupling;
+  PetscMPIInt     size;
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&h));
@@ -77,6 +79,12 @@ PetscErrorCode CouplingBuild_Internal(CouplingSwitch sw, CouplingHalves **halves
   PetscCall(sw->make(sw->ctx, &h->split, &sw->body, &h->carved.packing, &h->carved.cells, &h->fem, &h->dem));
   PetscCall(CouplingWeaken_Internal(sw, &h->carved, h->dem));
   PetscCall(CouplingModelCreate(sw->comm, &h->model));
+  PetscCallMPI(MPI_Comm_size(sw->comm, &size));
+  if (size > 1) {
+    PetscCall(sw->make(sw->ctx, &h->split, &sw->body, &h->carved.packing, &h->carved.cells, NULL, &h->part));
+    PetscCall(CouplingWeaken_Internal(sw, &h->carved, h->part));
+    PetscCall(CouplingModelSetPart(h->model, h->part));
+  }
   if (sw->dt > 0) {
     options.substeps = sw->substeps;
     h->model->given  = sw->dt / sw->substeps;
@@ -125,7 +133,7 @@ static PetscErrorCode LookAtBonds(CouplingSwitch sw, PetscBool marked[], PetscRe
   PetscCall(PetscMalloc2(h->n_watched, &facet, h->n_watched, &use));
   for (PetscInt k = 0; k < h->n_watched; k++)
     if (sw->use[CellOf(sw, h, h->watched[k])] >= COUPLING_WAKE) facet[n++] = h->watched[k];
-  if (n) PetscCall(DemModelGetFacetUse(h->dem, n, facet, use));
+  if (n) PetscCall(DemModelGetFacetUse(CouplingMoving(h->model), n, facet, use));
   for (PetscInt k = 0; k < n; k++) {
     const PetscInt c = CellOf(sw, h, facet[k]);
 
@@ -234,8 +242,11 @@ PetscErrorCode CouplingLook_Internal(CouplingSwitch sw, PetscReal t, PetscBool t
     }
     PetscCall(PetscFree(close));
   }
+  PetscCallMPI(MPI_Bcast(&any, 1, MPIU_BOOL, 0, sw->comm)); /* ranks do the same sums; should machines differ, the first decides */
   if (any) {
     PetscInt *ring, *reach;
+
+    PetscCallMPI(MPI_Bcast(marked, (PetscMPIInt)sw->whole->n_cells, MPIU_BOOL, 0, sw->comm));
 
     PetscCall(PetscMalloc2(sw->whole->n_cells, &ring, sw->whole->n_nodes, &reach));
     PetscCall(CouplingRings_Internal(sw->whole, marked, sw->options.ahead, ring, reach));
@@ -545,6 +556,7 @@ static PetscErrorCode HandOver(CouplingSwitch sw, CouplingHalves *old, CouplingH
   for (PetscInt f = 0; f < sw->w.cells->n_facets; f++) number[f] = -1;
   for (PetscInt f = 0; f < old->carved.cells.n_facets; f++) number[old->carved.facet[f]] = f;
   for (PetscInt f = 0; f < h->carved.cells.n_facets; f++) from[f] = number[h->carved.facet[f]];
+  PetscCall(CouplingGather_Internal(old->model));
   PetscCall(FemModelContinue(h->fem, old->fem, node));
   PetscCall(DemModelContinue(h->dem, old->dem, of, from));
   PetscCall(WakeParticles(sw, old, h, of, woken));

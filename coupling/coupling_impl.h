@@ -26,12 +26,25 @@ typedef struct {
   PetscReal     F[3][COUPLING_VOIGT], M[3][COUPLING_VOIGT]; /* net force [N], moment [N m] per unit strain (engineering Voigt) */
 } CouplingParticle;
 
+/* Rows of some list that ranks gather: those this rank gives, and where each that comes belongs. */
+typedef struct {
+  PetscInt     n, *here, *whole; /* [n] row of the rank's part, row of the whole list */
+  PetscInt     all, *place;      /* [all] row of the whole list */
+  PetscMPIInt *count, *first;    /* [ranks] */
+  PetscReal   *out, *in;
+} CouplingRows;
+
 struct _p_CouplingModel {
   MPI_Comm             comm;
   const CouplingSplit *split;
   CouplingOptions      options;
   FemModel             fem;
   DemModel             dem;
+  DemModel             part;        /* the particles shared out among ranks, which steps; NULL on one rank */
+  PetscBool            whole_leads; /* dem has a state that part is to be given */
+  CouplingRows         overlapping, rims; /* of particle[], of rim[] */
+  PetscReal           *rim_force;   /* [n_rim][3] with a part: forces of the rim [N] */
+  MPI_Datatype         place_type, force_type;
   PetscInt             dim, ns; /* ns: 3 or 6 strain components */
   PetscReal            thickness, density, lambda, mu, speed; /* of pressure waves [m/s] */
   PetscBool            ready;
@@ -115,6 +128,15 @@ PetscErrorCode CouplingRimForces_Internal(CouplingModel model); /* adds the rim'
 PetscErrorCode CouplingChooseFar_Internal(CouplingModel model, PetscBool *implicit);
 /* coupling_relax.c */
 PetscErrorCode CouplingRelax_Internal(CouplingModel model, PetscReal t, PetscReal h); /* a load step from t to t + h */
+/* coupling_ranks.c: nothing to do on one rank */
+PetscErrorCode CouplingRefuse_Internal(CouplingModel model);
+PetscErrorCode CouplingPartSetUp_Internal(CouplingModel model);
+PetscErrorCode CouplingPartDestroy_Internal(CouplingModel model);
+PetscErrorCode CouplingGather_Internal(CouplingModel model); /* the parts' state to the whole model of every rank */
+PetscErrorCode CouplingSpread_Internal(CouplingModel model); /* and back */
+PetscErrorCode CouplingPull_Internal(CouplingModel model);
+PetscErrorCode CouplingPush_Internal(CouplingModel model);
+PetscErrorCode CouplingPullRim_Internal(CouplingModel model);
 /* coupling_static.c */
 PetscErrorCode CouplingPreload_Internal(CouplingModel model);
 PetscErrorCode CouplingStartStressed_Internal(CouplingModel model); /* under in-situ stress as it is, without a preload */
@@ -153,6 +175,12 @@ static inline PetscReal CouplingSpring(CouplingModel model, const CouplingPartic
 static inline PetscReal CouplingStepShare(const CouplingOptions *options)
 {
   return 0.5 * PetscSqrtReal(options->absorber ? 4 - COUPLING_SPRING - 2 * COUPLING_DRAG : 3);
+}
+
+/* The particles that step. */
+static inline DemModel CouplingMoving(CouplingModel model)
+{
+  return model->part ? model->part : model->dem;
 }
 
 static inline const Mesh *CouplingMesh(CouplingModel model)

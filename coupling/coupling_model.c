@@ -5,11 +5,7 @@
 
 PetscErrorCode CouplingModelCreate(MPI_Comm comm, CouplingModel *model)
 {
-  PetscMPIInt ranks;
-
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_size(comm, &ranks));
-  BaseCheckInput(ranks == 1, comm, "A coupled body runs on one rank for now, not %d; give it threads instead: cleave run SCENE --threads N", (int)ranks);
   PetscCall(PetscNew(model));
   (*model)->comm    = comm;
   (*model)->options = (CouplingOptions){.floor = 0.05, .smooth = PETSC_FALSE, .affine = PETSC_TRUE, .substeps = 1};
@@ -371,9 +367,13 @@ PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel
   }
   PetscCall(NodeMasses(model, material->density, particles));
   PetscCall(SetInSitu(model, packing));
-  PetscCall(DemModelSetWeights(dem, wm, wp, wf));
-  PetscCall(DemModelSetBreakable(dem, breakable));
-  PetscCall(DemModelSetRim(dem, COUPLING_RIM));
+  for (PetscInt k = 0; k < (model->part ? 2 : 1); k++) {
+    DemModel side = k ? model->part : dem;
+
+    PetscCall(DemModelSetWeights(side, wm, wp, wf));
+    PetscCall(DemModelSetBreakable(side, breakable));
+    PetscCall(DemModelSetRim(side, COUPLING_RIM));
+  }
   PetscCall(DemModelFindFace(dem, COUPLING_RIM, &rim_face));
   PetscCall(PetscMalloc2(cells->n_walls, &model->edge, 3 * cells->n_walls, &model->edge_pull));
   if (model->options.affine) PetscCall(AffineForces(model, packing, cells, wp, wf, row, rim_face));
@@ -455,6 +455,7 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
   PetscFunctionBegin;
   PetscCheck(model->fem && !model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetSides(), then CouplingModelSetUp() once");
   PetscCall(CheckMethod(model));
+  PetscCall(CouplingRefuse_Internal(model));
   PetscCall(FemModelSetUp(model->fem));
   PetscCall(DemModelSetUp(model->dem));
   PetscCall(FemModelGetState(model->fem, &fs));
@@ -514,6 +515,7 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
   model->report.implicit = (PetscBool)(model->far && model->options.far != COUPLING_FAR_STATIC);
   if (model->options.preload && !(model->given > 0)) PetscCall(CouplingPreload_Internal(model)); /* a run that goes on has its state */
   else if (model->before && !(model->given > 0)) PetscCall(CouplingStartStressed_Internal(model));
+  PetscCall(CouplingPartSetUp_Internal(model));
   model->ready = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -553,6 +555,7 @@ PetscErrorCode CouplingModelDestroy(CouplingModel *pmodel)
   PetscCall(PetscFree(model->slip));
   PetscCall(PetscFree2(model->before, model->total));
   PetscCall(CouplingMultiplierDestroy_Internal(model));
+  PetscCall(CouplingPartDestroy_Internal(model));
   PetscCall(PetscFree2(model->history_name, model->history_unit));
   PetscCall(PetscFree(*pmodel));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -4,13 +4,15 @@
 PetscErrorCode CouplingRimForces_Internal(CouplingModel model)
 {
   const PetscInt dim = model->dim;
+  const PetscReal *force;
   DemRim         rim;
 
   PetscFunctionBegin;
   PetscCall(DemModelGetRim(model->dem, &rim));
+  force = model->part && !model->whole_leads ? model->rim_force : rim.force;
   for (PetscInt k = 0; k < rim.n; k++)
     for (PetscInt a = 0; a < model->rim[k].n; a++)
-      for (PetscInt d = 0; d < dim; d++) model->g[model->rim[k].node[a] * dim + d] += model->rim[k].N[a] * rim.force[3 * k + d];
+      for (PetscInt d = 0; d < dim; d++) model->g[model->rim[k].node[a] * dim + d] += model->rim[k].N[a] * force[3 * k + d];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -50,6 +52,8 @@ static PetscErrorCode Join(CouplingModel model, PetscReal dt)
 PetscErrorCode CouplingStart_Internal(CouplingModel model, PetscReal dt)
 {
   PetscFunctionBegin;
+  PetscCall(CouplingGather_Internal(model));
+  model->whole_leads = PETSC_TRUE;
   model->dt = model->reference > 0 ? model->reference : dt; /* the springs belong to the step: P = c / dt^2 */
   if (model->options.method == COUPLING_CONSISTENT) {
     PetscCall(CouplingMultiplierHold_Internal(model));
@@ -59,6 +63,7 @@ PetscErrorCode CouplingStart_Internal(CouplingModel model, PetscReal dt)
   if (model->options.absorber) PetscCall(CouplingAbsorb_Internal(model, dt, PETSC_FALSE));
   PetscCall(DemModelComputeForces(model->dem));
   PetscCall(Join(model, dt));
+  if (model->ready) PetscCall(CouplingSpread_Internal(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -79,11 +84,14 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal macro)
     if (model->far) PetscCall(FemModelFarStep(model->fem, t + k * dt, dt, k));
     else if (m == 1) PetscCall(model->fem_stepper.step(model->fem, t, dt));
     else PetscCall(FemModelSubStep(model->fem, t + k * dt, dt, k));
-    PetscCall(DemModelAdvance(model->dem, t + k * dt, dt));
+    PetscCall(DemModelAdvance(CouplingMoving(model), t + k * dt, dt));
     model->moving = PETSC_TRUE;
+    PetscCall(CouplingPull_Internal(model));
     PetscCall(CouplingForces_Internal(model));
+    PetscCall(CouplingPush_Internal(model));
     if (model->options.absorber) PetscCall(CouplingAbsorb_Internal(model, dt, PETSC_TRUE));
-    PetscCall(DemModelEvaluate(model->dem, dt));
+    PetscCall(DemModelEvaluate(CouplingMoving(model), dt));
+    PetscCall(CouplingPullRim_Internal(model));
     PetscCall(Join(model, dt));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -97,7 +105,7 @@ static PetscErrorCode Energy(void *ctx, Ledger *ledger)
 
   PetscFunctionBegin;
   PetscCall(model->fem_stepper.energy(model->fem, ledger));
-  PetscCall(model->dem_stepper.energy(model->dem, &part));
+  PetscCall(model->dem_stepper.energy(CouplingMoving(model), &part));
   LedgerAdd(ledger, &part);
   PetscCall(CouplingEnergy_Internal(model, &spring, &strain));
   ledger->energy[LEDGER_COUPLING] += spring;
@@ -121,7 +129,7 @@ static PetscErrorCode History(void *ctx, PetscInt i, PetscReal *value)
 
   PetscFunctionBegin;
   if (i < n) PetscCall(model->fem_stepper.history(model->fem, i, value));
-  else PetscCall(model->dem_stepper.history(model->dem, i - n, value));
+  else PetscCall(model->dem_stepper.history(CouplingMoving(model), i - n, value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -131,7 +139,7 @@ static PetscErrorCode Write(void *ctx, Output output)
 
   PetscFunctionBegin;
   PetscCall(model->fem_stepper.write(model->fem, output));
-  PetscCall(model->dem_stepper.write(model->dem, output));
+  PetscCall(model->dem_stepper.write(CouplingMoving(model), output));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -142,7 +150,7 @@ static PetscErrorCode Save(void *ctx, Checkpoint checkpoint)
 
   PetscFunctionBegin;
   PetscCall(model->fem_stepper.save(model->fem, checkpoint));
-  PetscCall(model->dem_stepper.save(model->dem, checkpoint));
+  PetscCall(model->dem_stepper.save(CouplingMoving(model), checkpoint));
   PetscCall(CheckpointWriteReal(checkpoint, "coupling/step", 7, step));
   PetscCall(CheckpointWriteReal(checkpoint, "coupling/node_force", CouplingMesh(model)->n_nodes * model->dim, model->g));
   if (model->options.absorber) {
@@ -161,7 +169,7 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
 
   PetscFunctionBegin;
   PetscCall(model->fem_stepper.load(model->fem, checkpoint));
-  PetscCall(model->dem_stepper.load(model->dem, checkpoint));
+  PetscCall(model->dem_stepper.load(CouplingMoving(model), checkpoint));
   PetscCall(CheckpointReadReal(checkpoint, "coupling/step", 7, step));
   model->dt        = step[0];
   model->reference = step[1];
@@ -183,7 +191,9 @@ static PetscErrorCode Load(void *ctx, Checkpoint checkpoint)
     PetscCall(CheckpointReadReal(checkpoint, "coupling/held", 3 * model->n_particles, model->q0));
     model->moving = model->holding = PETSC_TRUE;
   }
+  PetscCall(CouplingPull_Internal(model));
   if (model->dt > 0) PetscCall(CouplingForces_Internal(model)); /* the particles' outside forces and the rim; g is overwritten next step */
+  PetscCall(CouplingPush_Internal(model));
   PetscCall(CheckpointReadReal(checkpoint, "coupling/node_force", CouplingMesh(model)->n_nodes * model->dim, model->g));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -213,7 +223,7 @@ static PetscErrorCode Unbalanced(void *ctx, PetscReal *ratio)
   CouplingModel model = ctx;
 
   PetscFunctionBegin;
-  PetscCall(model->dem_stepper.unbalanced(model->dem, ratio));
+  PetscCall(model->dem_stepper.unbalanced(CouplingMoving(model), ratio));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -232,7 +242,7 @@ PetscErrorCode CouplingModelGetStepper(CouplingModel model, Stepper *stepper)
   PetscFunctionBegin;
   PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetUp() before asking for the stepper");
   PetscCall(FemModelGetStepper(model->fem, f));
-  PetscCall(DemModelGetStepper(model->dem, d));
+  PetscCall(DemModelGetStepper(CouplingMoving(model), d));
   if (!model->history_name) {
     model->n_history = f->n_history + d->n_history;
     PetscCall(PetscMalloc2(model->n_history, &model->history_name, model->n_history, &model->history_unit));

@@ -235,7 +235,7 @@ PetscErrorCode CouplingSwitchGetSides(CouplingSwitch sw, CouplingModel *model, F
   PetscCheck(sw->ready, sw->comm, PETSC_ERR_ORDER, "Call CouplingSwitchSetUp() before asking for the sides");
   if (model) *model = sw->now->model;
   if (fem) *fem = sw->now->fem;
-  if (dem) *dem = sw->now->dem;
+  if (dem) *dem = CouplingMoving(sw->now->model);
   if (split) *split = &sw->now->split;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

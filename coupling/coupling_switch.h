@@ -28,7 +28,7 @@ typedef struct {
   CouplingSplit  split;
   CouplingCarved carved;
   FemModel       fem;
-  DemModel       dem;
+  DemModel       dem, part; /* part: on several ranks */
   CouplingModel  model;
   Stepper        stepper;
   PetscInt       n_watched, *watched; /* bonds of the overlap that cannot break: facets of carved.cells */

@@ -42,7 +42,7 @@ PetscErrorCode CouplingSwitchConvert(CouplingSwitch sw, PetscInt n, const PetscI
   PetscFunctionBegin;
   PetscCheck(sw->ready, sw->comm, PETSC_ERR_ORDER, "Call CouplingSwitchSetUp() before CouplingSwitchConvert()");
   if (sw->dt != dt) PetscCall(SetStep(sw, dt));
-  PetscCall(DemModelGetTime(sw->now->dem, &t));
+  PetscCall(DemModelGetTime(CouplingMoving(sw->now->model), &t));
   PetscCall(PetscCalloc1(sw->whole->n_cells, &marked));
   for (PetscInt k = 0; k < n; k++) marked[cell[k]] = PETSC_TRUE;
   PetscCall(CouplingTurn_Internal(sw, marked, t, 0, COUPLING_BY_ELEMENT));

@@ -34,7 +34,7 @@ PetscErrorCode CouplingLookAtTools_Internal(CouplingSwitch sw, PetscBool close[]
   PetscBool            *near, tools;
 
   PetscFunctionBegin;
-  PetscCall(DemModelHasTools(h->dem, &tools));
+  PetscCall(DemModelHasTools(CouplingMoving(h->model), &tools));
   if (!tools) PetscFunctionReturn(PETSC_SUCCESS);
   if (!sw->skin) PetscCall(Skin(sw));
   PetscCall(PetscMalloc4(sw->n_skin, &which, 3 * sw->n_skin, &x, sw->n_skin, &margin, sw->n_skin, &near));
@@ -47,7 +47,7 @@ PetscErrorCode CouplingLookAtTools_Internal(CouplingSwitch sw, PetscBool close[]
     for (PetscInt d = 0; d < 3; d++) x[3 * n + d] = sw->w.packing->x[3 * p + d]; /* at rest: small strain */
     n++;
   }
-  PetscCall(DemModelNearTools(h->dem, n, x, margin, near));
+  PetscCall(DemModelNearTools(CouplingMoving(h->model), n, x, margin, near));
   for (PetscInt k = 0; k < n; k++)
     if (near[k]) close[sw->w.home[which[k]]] = PETSC_TRUE;
   PetscCall(PetscFree4(which, x, margin, near));

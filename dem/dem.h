@@ -71,7 +71,7 @@ typedef struct {
 } DemPlane;
 
 /* On several ranks every rank is given the whole body; DemModelSetUp() keeps its part of it. From then on calls are collective, and counts and columns
-   those of the whole body. What one rank alone does (clumps, rain, weights of a coupling) is refused at set-up. */
+   those of the whole body. What one rank alone does (clumps, rain) is refused at set-up. */
 PetscErrorCode DemModelCreate(MPI_Comm comm, DemModel *model);
 PetscErrorCode DemModelSetKind(DemModel model, DemKind kind);
 PetscErrorCode DemModelSetThreads(DemModel model, PetscInt threads);
@@ -195,6 +195,7 @@ typedef struct {
   const PetscReal *x;     /* [n][3] centroid at rest [m] */
   PetscReal       *u;     /* [n][3] displacement of the other model there [m] */
   const PetscReal *force; /* [n][3] [N] */
+  const PetscInt  *number; /* [n] on several ranks: row on one; else NULL */
 } DemRim;
 
 PetscErrorCode DemModelGetRim(DemModel model, DemRim *rim);

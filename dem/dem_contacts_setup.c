@@ -156,7 +156,7 @@ PetscErrorCode DemSetUpContactRoom_Internal(DemModel model)
   PetscCall(PetscMalloc2(n, &c->who, 3 * n, &c->ref));
   PetscCall(PetscCalloc6(blocks + 1, &c->pair, blocks + 1, &c->halo_start, n + 1, &c->slot_start, 4 * blocks, &c->sum, blocks, &c->first, blocks, &c->last));
   PetscCall(PetscCalloc1(model->threads, &c->scratch));
-  if (c->options.domain == DEM_DOMAIN_BOX || model->rain.rate > 0) PetscCall(PetscCalloc1(n, &c->gone));
+  if (c->options.domain == DEM_DOMAIN_BOX || model->rain.rate > 0) PetscCall(PetscCalloc1(n + 1, &c->gone));
   PetscCall(DemContactsRoom_Internal(model, 1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -130,12 +130,14 @@ static void Traction(DemModel model, PetscInt k, PetscReal t[3], PetscReal a[3],
 
   1 = at its strength, but no more than twice the mean stress: under pressure a traction that is off by a per cent of it, as in an
   overlap, is not a crack. The opening direction is that of both ends' mean stress, from whole facets less what is broken of them,
-  without the weights of an overlap. Dilations are those of the last force evaluation.
+  without the weights of an overlap. Dilations are those of the last force evaluation. On several ranks facets are the whole body's, and all
+  ranks learn all uses.
 */
 PetscErrorCode DemModelGetFacetUse(DemModel model, PetscInt n, const PetscInt facet[], PetscReal use[])
 {
   const DemBonds    *bonds = &model->bonds;
-  PetscInt          *bond;
+  const DemRanks     r = model->ranks;
+  PetscInt          *bond, *here; /* of each facet here; facet here of each asked for, -1 */
   PetscReal         *sum;
   PetscBool         *wanted;
 
@@ -145,7 +147,15 @@ PetscErrorCode DemModelGetFacetUse(DemModel model, PetscInt n, const PetscInt fa
   PetscCall(PetscCalloc2(6 * model->n, &sum, model->n, &wanted));
   for (PetscInt k = 0; k < bonds->n; k++)
     if (bonds->facet[k] >= 0) bond[bonds->facet[k]] = k;
-  for (PetscInt i = 0; i < n; i++) wanted[bonds->p[bond[facet[i]]]] = wanted[bonds->q[bond[facet[i]]]] = PETSC_TRUE;
+  PetscCall(PetscMalloc1(n, &here));
+  for (PetscInt i = 0; i < n; i++) {
+    here[i] = facet[i];
+    if (r) {
+      PetscCall(PetscFindInt(facet[i], model->cells.n_facets, r->facet, &here[i]));
+      if (here[i] < 0) continue;
+    }
+    wanted[bonds->p[bond[here[i]]]] = wanted[bonds->q[bond[here[i]]]] = PETSC_TRUE;
+  }
   for (PetscInt k = 0; k < bonds->n; k++) {
     const PetscInt  p = bonds->p[k], q = bonds->q[k];
     PetscReal       t[3], a[3], b[3], normal[3], area;
@@ -163,8 +173,11 @@ PetscErrorCode DemModelGetFacetUse(DemModel model, PetscInt n, const PetscInt fa
       }
     }
   }
+  if (r) PetscCall(DemHaloStress_Internal(model, sum));
   for (PetscInt i = 0; i < n; i++) {
-    const PetscInt k = bond[facet[i]], p = bonds->p[k], q = bonds->q[k];
+    use[i] = -1; /* another rank's */
+    if (here[i] < 0 || !DemBondIsMine(model, bond[here[i]])) continue;
+    const PetscInt k = bond[here[i]], p = bonds->p[k], q = bonds->q[k];
     PetscReal      t[3], a[3], b[3], normal[3], s[6], e[3], along = 0, pull = 0, tn = 0, ts = 0;
     const DemStrength own = DemStrengthOf_Internal(model, k), *strength = &own;
 
@@ -181,7 +194,9 @@ PetscErrorCode DemModelGetFacetUse(DemModel model, PetscInt n, const PetscInt fa
     use[i] = strength->tensile > 0 && PetscAbsReal(along) >= DEM_SMALLEST_COSINE ? PetscMax(0, PetscMin(pull / along, 2 * major) / strength->tensile) : 0;
     if (strength->shear > 0) use[i] = PetscMax(use[i], (PetscSqrtReal(ts) + strength->mu_static * tn) / strength->shear);
   }
+  if (r) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, use, (PetscMPIInt)n, MPIU_REAL, MPI_MAX, model->comm));
   PetscCall(PetscFree2(sum, wanted));
+  PetscCall(PetscFree(here));
   PetscCall(PetscFree(bond));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -84,6 +84,7 @@ typedef struct {
   PetscReal *normal; /* [n][3] outward, at rest */
   PetscInt   n_rim;
   PetscInt  *rim;    /* [n] row of a rim facet, -1 */
+  PetscInt  *rim_number; /* [n_rim] row on one rank; NULL there */
   PetscReal *rim_x, *rim_u, *rim_f; /* [n_rim][3] */
 } DemWalls;
 

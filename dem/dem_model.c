@@ -292,7 +292,7 @@ PetscErrorCode DemModelGetRim(DemModel model, DemRim *rim)
 {
   PetscFunctionBegin;
   PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before borrowing the rim");
-  *rim = (DemRim){model->walls.n_rim, model->walls.rim_x, model->walls.rim_u, model->walls.rim_f};
+  *rim = (DemRim){model->walls.n_rim, model->walls.rim_x, model->walls.rim_u, model->walls.rim_f, model->walls.rim_number};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -484,6 +484,7 @@ PetscErrorCode DemModelDestroy(DemModel *pmodel)
   PetscCall(PetscFree7(model->walls.start, model->walls.face, model->walls.kind, model->walls.area, model->walls.h, model->walls.arm, model->walls.normal));
   PetscCall(PetscFree(model->walls.owner));
   PetscCall(PetscFree4(model->walls.rim, model->walls.rim_x, model->walls.rim_u, model->walls.rim_f));
+  PetscCall(PetscFree(model->walls.rim_number));
   PetscCall(PetscFree(model->weight_mass));
   PetscCall(PetscFree(model->weight_volume));
   PetscCall(PetscFree(model->weight_facet));

@@ -45,6 +45,19 @@ static PetscErrorCode TakeInts(PetscInt n, const PetscInt take[], PetscInt **a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode TakeBytes(PetscInt n, const PetscInt take[], unsigned char **a)
+{
+  unsigned char *to;
+
+  PetscFunctionBegin;
+  if (!*a) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(n, &to));
+  for (PetscInt k = 0; k < n; k++) to[k] = (*a)[take[k]];
+  PetscCall(PetscFree(*a));
+  *a = to;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Columns of length `old` into columns of length `stride`. */
 static void Columns(PetscInt columns, PetscInt old, PetscInt stride, PetscInt count, const PetscInt take[], const PetscReal *from, PetscReal *to)
 {
@@ -276,14 +289,12 @@ static PetscErrorCode CutCells(DemModel model, const Part *part)
   PetscCall(PetscFree(model->group));
   PetscCall(PetscFree(model->breakable));
   PetscCall(TakeInts(part->n, packed, &model->grain_of));
-  if (model->contacts.kind) {
-    unsigned char *kind;
-
-    PetscCall(PetscMalloc1(part->n, &kind));
-    for (PetscInt p = 0; p < part->n; p++) kind[p] = model->contacts.kind[part->take[p]];
-    PetscCall(PetscFree(model->contacts.kind));
-    model->contacts.kind = kind;
-  }
+  PetscCall(TakeReals(part->n, packed, 1, &model->weight_mass));
+  PetscCall(TakeReals(part->n, packed, 1, &model->weight_volume));
+  PetscCall(TakeReals(part->facets, part->facet, 1, &model->weight_facet));
+  PetscCall(TakeReals(part->n, part->take, 1, &model->share));
+  PetscCall(TakeBytes(part->n, part->take, &model->tool_share));
+  PetscCall(TakeBytes(part->n, part->take, &model->contacts.kind));
   PetscCall(PetscFree2(wall, packed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -292,16 +303,21 @@ static PetscErrorCode CutWalls(DemModel model, const Part *part)
 {
   DemWalls      *w = &model->walls, old = *w;
   DemRanks       r = model->ranks;
-  PetscInt       m = 0;
+  PetscInt       m = 0, rims = 0;
 
   PetscFunctionBegin;
   if (!old.start) PetscFunctionReturn(PETSC_SUCCESS); /* loose grains have none */
-  for (PetscInt p = 0; p < part->own; p++) m += old.start[part->take[p] + 1] - old.start[part->take[p]];
+  for (PetscInt p = 0; p < part->own; p++)
+    for (PetscInt i = old.start[part->take[p]]; i < old.start[part->take[p] + 1]; i++) {
+      m++;
+      rims += old.rim[i] >= 0;
+    }
   PetscCall(PetscMalloc1(m, &r->wall));
   PetscCall(PetscMalloc7(part->n + 1, &w->start, m, &w->face, m, &w->kind, m, &w->area, m, &w->h, 3 * m, &w->arm, 3 * m, &w->normal));
   PetscCall(PetscMalloc1(m, &w->owner));
-  PetscCall(PetscMalloc4(m, &w->rim, 0, &w->rim_x, 0, &w->rim_u, 0, &w->rim_f)); /* rims are a coupling's, which has one rank */
-  w->n = 0;
+  PetscCall(PetscCalloc4(m, &w->rim, 3 * rims, &w->rim_x, 3 * rims, &w->rim_u, 3 * rims, &w->rim_f));
+  PetscCall(PetscMalloc1(rims, &w->rim_number));
+  w->n = w->n_rim = 0;
   for (PetscInt p = 0; p < part->n; p++) {
     w->start[p] = w->n;
     for (PetscInt i = old.start[part->take[p]]; p < part->own && i < old.start[part->take[p] + 1]; i++, w->n++) {
@@ -311,7 +327,11 @@ static PetscErrorCode CutWalls(DemModel model, const Part *part)
       w->kind[w->n]  = old.kind[i];
       w->area[w->n]  = old.area[i];
       w->h[w->n]     = old.h[i];
-      w->rim[w->n]   = -1;
+      w->rim[w->n]   = old.rim[i] >= 0 ? w->n_rim : -1;
+      if (old.rim[i] >= 0) {
+        for (PetscInt d = 0; d < 3; d++) w->rim_x[3 * w->n_rim + d] = old.rim_x[3 * old.rim[i] + d];
+        w->rim_number[w->n_rim++] = old.rim[i];
+      }
       for (PetscInt d = 0; d < 3; d++) {
         w->arm[3 * w->n + d]    = old.arm[3 * i + d];
         w->normal[3 * w->n + d] = old.normal[3 * i + d];
@@ -345,6 +365,7 @@ static PetscErrorCode CutBonds(DemModel model, const Part *part)
   }
   Columns(3, old.n, m, m, take, old.arm, b->arm);
   if (old.now == old.k) b->now = b->k;
+  PetscCall(TakeReals(m, take, 1, &b->weight));
   PetscCall(PetscFree7(old.p, old.q, old.ip, old.iq, old.k, old.arm, old.facet));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -368,7 +389,7 @@ static PetscErrorCode CutBlocks(DemModel model, const Part *part)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Nothing has broken yet: of the old state only what the bonds were born with counts. */
+/* Nothing has broken yet: of the old state only what the bonds were born with counts. A rank without bonds has a damage too: it says that bonds can break. */
 static PetscErrorCode CutCracks(DemModel model, const Part *part)
 {
   DemCrackState *c = &model->crack, old = *c;
@@ -377,15 +398,15 @@ static PetscErrorCode CutCracks(DemModel model, const Part *part)
 
   PetscFunctionBegin;
   if (!old.damage) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc7(m, &c->damage, 3 * m, &c->e, 3 * m, &c->slip, m, &c->work, m, &c->rub, m, &c->time, m, &c->release));
-  PetscCall(PetscCalloc6(m, &c->state, blocks, &c->awake, 6 * n, &c->stress, 6 * slots, &c->slot_stress, slots, &c->slot_v, n, &c->volume));
+  PetscCall(PetscCalloc7(m + 1, &c->damage, 3 * m, &c->e, 3 * m, &c->slip, m, &c->work, m, &c->rub, m, &c->time, m, &c->release));
+  PetscCall(PetscCalloc6(m + 1, &c->state, blocks + 1, &c->awake, 6 * n, &c->stress, 6 * slots, &c->slot_stress, slots, &c->slot_v, n, &c->volume));
   PetscCall(PetscCalloc3(m, &model->bonds.now, m, &c->live, blocks, &c->n_live));
   for (PetscInt e = 0; e < m; e++) {
     c->damage[e]         = old.damage[part->bond[e]];
     c->state[e]          = old.state[part->bond[e]];
     model->bonds.now[e] = now[part->bond[e]];
   }
-  if (old.limit) PetscCall(PetscCalloc1(m, &c->limit));
+  if (old.limit) PetscCall(PetscCalloc1(m + 1, &c->limit));
   PetscCall(PetscFree7(old.damage, old.e, old.slip, old.work, old.rub, old.time, old.release));
   PetscCall(PetscFree6(old.state, old.awake, old.stress, old.slot_stress, old.slot_v, old.volume));
   PetscCall(PetscFree3(now, old.live, old.n_live));
@@ -470,7 +491,6 @@ static PetscErrorCode CutTools(DemModel model)
 static PetscErrorCode Refuse(DemModel model)
 {
   PetscFunctionBegin;
-  BaseCheckInput(!model->weight_mass, model->comm, "A coupled body runs on one rank; give it threads instead: cleave run SCENE --threads N");
   BaseCheckInput(!model->clumps.n, model->comm, "Clumps run on one rank for now; give them threads instead: cleave run SCENE --threads N");
   BaseCheckInput(model->rain.rate == 0, model->comm, "A rain of grains runs on one rank for now; give it threads instead: cleave run SCENE --threads N");
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -491,7 +511,8 @@ PetscErrorCode DemSpread_Internal(DemModel model)
   PetscCall(Refuse(model));
   while (model->n / unit > 20000) unit *= 2;
   units = (model->n + unit - 1) / unit;
-  BaseCheckInput(units >= size, model->comm, "%" PetscInt_FMT " particles are %" PetscInt_FMT " pieces of %" PetscInt_FMT ", too few for %d ranks; use %" PetscInt_FMT " at most, or threads", model->n, units, unit, (int)size, units);
+  /* the particles of a coupled body may be few at first: ranks without any wait until more have woken */
+  BaseCheckInput(units >= size || model->weight_mass, model->comm, "%" PetscInt_FMT " particles are %" PetscInt_FMT " pieces of %" PetscInt_FMT ", too few for %d ranks; use %" PetscInt_FMT " at most, or threads", model->n, units, unit, (int)size, units);
   PetscCall(DemModelGetCriticalStep(model, &dt)); /* of the whole body: kept */
 
   PetscCall(PetscNew(&r));

@@ -169,7 +169,8 @@ PetscErrorCode DemPartition_Internal(DemModel model, PetscInt unit, PetscMPIInt 
     PetscCall(UnitsCreate(model, unit, &u));
     PetscCall(PetscMalloc2(u.n, &list, u.n, &try));
     for (PetscInt k = 0; k < u.n; k++) owner[k] = 0;
-    for (int way = 0; way < 3; way++) {
+    for (PetscInt k = 0; k < u.n && u.n < parts; k++) owner[k] = (PetscMPIInt)k;
+    for (int way = 0; way < 3 && u.n >= parts; way++) {
       for (PetscInt k = 0; k < u.n; k++) list[k] = k;
       if (way < 2) PetscCall(Bisect(&u, (PetscBool)(way == 1), u.n, list, 0, parts, try));
       else if (model->bonds.n) PetscCall(ByGraph(&u, parts, try, &made));

@@ -311,6 +311,8 @@ static PetscErrorCode StepperWrite(void *ctx, Output output)
 
 PetscErrorCode DemModelGetStepper(DemModel model, Stepper *stepper)
 {
+  PetscInt particles, bonds;
+
   PetscFunctionBegin;
   PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before asking for the stepper");
   if (!model->history_name) {
@@ -320,10 +322,11 @@ PetscErrorCode DemModelGetStepper(DemModel model, Stepper *stepper)
       model->history_unit[k] = model->history[k].unit;
     }
   }
+  PetscCall(DemModelGetCounts(model, &particles, &bonds, NULL)); /* of all ranks */
   PetscCall(PetscMemzero(stepper, sizeof(*stepper)));
   *stepper = (Stepper){.name = "dem", .ctx = model, .stable_step = StepperStable, .step = model->statics ? DemStaticStep_Internal : DemStep_Internal, .energy = StepperEnergy, .watch = DemWatch_Internal, .history = StepperHistory, .write = StepperWrite,
-                       .save = DemSave_Internal, .load = DemLoad_Internal, .unbalanced = model->bonds.n ? DemUnbalanced_Internal : NULL, .n_history = model->n_history, .history_name = model->history_name,
-                       .history_unit = model->history_unit, .elements = model->bonds.n ? model->bonds.n : model->n};
+                       .save = DemSave_Internal, .load = DemLoad_Internal, .unbalanced = bonds ? DemUnbalanced_Internal : NULL, .n_history = model->n_history, .history_name = model->history_name,
+                       .history_unit = model->history_unit, .elements = bonds ? bonds : particles};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
