@@ -49,7 +49,7 @@ dimension: 2
 thickness: 10 mm
 time: {end: 30 ms}
 materials:
-  glass: {density: 2500 kg/m3, young: 10 MPa, poisson: 0.2}
+  glass: {density: 2500 kg/m3, young: 0.1 MPa, poisson: 0.2}
 bodies:
   grains: {geometry: {box: {size: [120 mm, 80 mm]}}, method: dem, material: glass, dem: {packing: {radius: 1 mm, spread: 0.2, seed: 5, porosity: 0.5}, bonded: false}}
 tools:
