@@ -22,7 +22,7 @@ EXAMPLES = {"wave_in_a_bar/scene": {}, "elastic_cylinder/scene": {"bodies.sample
             "notched_beam/particles": {"bodies.beam.dem.packing.radius": "1.5 mm"}, "notched_beam/adaptive": {"bodies.beam.dem.packing.radius": "0.8 mm"}, "notched_beam/scene3d": {},
             "rock_cutting/scene": {"bodies.block.dem.packing.radius": "0.8 mm", "tools.pick.velocity.x": "5 m/s"},
             "rock_cutting/particles": {"bodies.block.dem.packing.radius": "1.5 mm", "tools.pick.velocity.x": "5 m/s"},  # slower, the pick would not be there yet
-            "rock_cutting/adaptive": {"bodies.block.dem.packing.radius": "0.8 mm", "tools.pick.velocity.x": "5 m/s"}, "rock_cutting/scene3d": {"bodies.block.dem.packing.radius": "1.5 mm", "tools.pick.velocity.x": "5 m/s"},
+            "rock_cutting/adaptive": {"bodies.block.dem.packing.radius": "0.8 mm", "tools.pick.velocity.x": "5 m/s"}, "rock_cutting/scene3d": {"bodies.block.dem.packing.radius": "1.5 mm", "tools.pick.velocity.x": "3 m/s"},
             "rock_cutting/disc": {"bodies.block.dem.packing.radius": "0.8 mm"}, "rock_cutting/disc3d": {"bodies.block.dem.packing.radius": "1.5 mm"},
             "overlap/cantilever": {"bodies.beam.dem.packing.radius": "0.8 mm"}, "overlap/impact": {}, "overlap/plate": {}, "overlap/spall": {}, "overlap/wave": {}}
 # Where the critical step is a bound a longer one may run on. An overlap takes sqrt(3)/2 of what its sides would. Grains that only collide have no mode that lives on
