@@ -27,5 +27,6 @@ For i In {0:4}
 EndFor
 Physical Surface("plate") = {300:302, 310:312, 320:322, 330:332, 340:342};
 Physical Surface("upper") = {301:302, 311:312, 321:322, 331:332, 341:342};
+Physical Surface("spot") = {321}; // where particles begin when elements turn
 Physical Curve("struck") = {210, 220, 230};
 Physical Curve("back") = {203, 213, 223, 233, 243};
