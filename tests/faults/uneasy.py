@@ -87,15 +87,15 @@ def two_materials():
 
 
 def shallow_cut():
-    """examples/rock_cutting with block, pick and particles a thirtieth as large: stress that crushes, pieces slid off and pressed through each other."""
+    """examples/rock_cutting with block, pick and particles a tenth as large: stress that crushes, pieces slid off and pressed through each other."""
     here = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../examples/rock_cutting")
     texts = {}
     for name in ("scene.yaml", "block.geo", "pick.geo"):
         with open(os.path.join(here, name)) as file:
             texts[name] = file.read()
-    scene = re.sub(r"end: [^}]*\}", "end: 173 us}", texts.pop("scene.yaml"), count=1)
-    scene = re.sub(r"velocity: \{x:.*", "velocity: {x: {table: [[0 us, 0 m/s], [6.7 us, 2 m/s]]}}", scene)
-    return scene.replace("length_unit: 1 mm", "length_unit: 33.3333 um").replace("radius: 0.5 mm", "radius: 16.6667 um").replace("every: 10 us", "every: 1 us").replace("every: 0.5 ms", "every: 1 s"), texts
+    scene = re.sub(r"end: [^}]*\}", "end: 520 us}", texts.pop("scene.yaml"), count=1)
+    scene = re.sub(r"velocity: \{x:.*", "velocity: {x: {table: [[0 us, 0 m/s], [20 us, 2 m/s]]}}", scene)
+    return scene.replace("length_unit: 1 mm", "length_unit: 100 um").replace("radius: 0.5 mm", "radius: 50 um").replace("every: 10 us", "every: 1 us").replace("every: 0.5 ms", "every: 1 s"), texts
 
 
 def scenes():
@@ -125,7 +125,7 @@ def scenes():
     yield "an overlap of one element, a crack beside it", COUPLED, {"bar.geo": BAR_GEO}, False
     yield "an overlap around corners", coupled.replace("ramp: " + PULL, "ramp: {to: 0.01 m/s, over: 40 us}"), {"bar.geo": CORNER_GEO}, False
     yield CROSSING, coupled.replace(PULL, "{to: 0.1 m/s, over: 40 us}").replace("end: 200 us", "end: 300 us"), {"bar.geo": CORNER_GEO}, True
-    yield "a cut a sixth of a millimetre deep, what it crushes driven through what is broken", *shallow_cut(), False
+    yield "a cut half a millimetre deep, what it crushes driven through what is broken", *shallow_cut(), False
     yield "all that may switch, at once", at_once, {"bar.geo": BAR_GEO}, True
     yield "radii 1 : 20", PILE, pile, False
     yield "radii 1 : 20, an impact at 20 m/s, contacts of critical damping", PILE.replace("-1 m/s]", "-20 m/s]").replace("end: 40 ms", "end: 4 ms").replace("every: 1 ms", "every: 0.1 ms").replace("restitution: 0.5", "restitution: 0"), pile, False
