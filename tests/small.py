@@ -98,3 +98,42 @@ Physical Surface("right") = {2};
 Physical Curve("a") = {6};
 Physical Curve("b") = {3};
 """
+
+# a coupled bar, particles in the middle third
+COUPLED_GEO = """SetFactory("Built-in");
+Point(1) = {0, 0, 0};   Point(2) = {20, 0, 0};  Point(3) = {40, 0, 0};  Point(4) = {60, 0, 0};
+Point(5) = {60, 10, 0}; Point(6) = {40, 10, 0}; Point(7) = {20, 10, 0}; Point(8) = {0, 10, 0};
+Line(1) = {1, 2}; Line(2) = {2, 3}; Line(3) = {3, 4}; Line(4) = {4, 5}; Line(5) = {5, 6}; Line(6) = {6, 7}; Line(7) = {7, 8}; Line(8) = {8, 1};
+Line(9) = {2, 7}; Line(10) = {3, 6};
+Curve Loop(1) = {1, 9, 7, 8};    Plane Surface(1) = {1};
+Curve Loop(2) = {2, 10, 6, -9};  Plane Surface(2) = {2};
+Curve Loop(3) = {3, 4, 5, -10};  Plane Surface(3) = {3};
+Transfinite Curve {4, 8, 9, 10} = 5; Transfinite Curve {1, 3, 5, 7} = 9; Transfinite Curve {2, 6} = 9;
+Transfinite Surface {1, 2, 3}; Recombine Surface {1, 2, 3};
+Physical Surface("arms") = {1, 3}; Physical Surface("middle") = {2};
+Physical Curve("left") = {8}; Physical Curve("waist") = {2}; Physical Curve("right") = {4};
+"""
+
+COUPLED = """\
+title: a bar of elements with a middle of particles
+dimension: 2
+plane: strain
+thickness: 10 mm
+time: {end: 40 us}
+materials:
+  rock: {density: 2500 kg/m3, young: 20 GPa, poisson: 0.2}
+bodies:
+  bar:
+    geometry: bar.geo
+    length_unit: 1 mm
+    method: coupled
+    material: rock
+    dem: {group: middle, packing: {radius: 0.4 mm, spread: 0.2, seed: 1}}
+coupling: {width: 2 elements, substeps: 1}
+conditions:
+  - {group: left, fix: [x, y]}
+  - {group: right, traction: {x: {ramp: {to: 1 MPa, over: 20 us}}}}
+output:
+  history: {every: 2 us, quantities: [reaction(left), displacement(right), energies]}
+  fields: {every: 20 us, names: [displacement, stress]}
+"""
