@@ -134,7 +134,7 @@ def write(figures, path):
     processor = subprocess.run("grep -m1 'model name' /proc/cpuinfo | cut -d: -f2", shell=True, stdout=subprocess.PIPE, text=True).stdout.strip()
     foot = ["", "## Made by", "", "Rows, by the commit of the program that made them (%s, %s).%s" % (platform.system(), processor or "unknown processor", " Not run: %s." % ", ".join(missing) if missing else ""), ""]
     if len(makers) > 1:
-        foot[-1:] = ["", "No one program has made all of them: the command was not run whole. Not all rows are there: of `stability` and `examples` some scenes, of `restart` some runs are missing where no line names them.", ""]
+        foot[-1:] = ["", "No one program has made all of them: the command was not run whole.", ""]
     table(foot, ("program", "day", "rows"), [(maker, day, ", ".join("%s %d" % item for item in parts.items())) for (maker, day), parts in sorted(makers.items(), key=lambda item: item[0][1])])
     with open(path, "w") as file:
         file.write(HEAD + "\n".join(out).rstrip("\n") + "\n" + FOUND + "\n".join(foot).rstrip("\n") + "\n")
