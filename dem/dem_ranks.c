@@ -17,44 +17,18 @@ typedef struct {
   PetscInt     facets, *facet, *facet_local;
 } Part;
 
-/* New array of the chosen rows in place of an array of its own. */
-static PetscErrorCode TakeReals(PetscInt n, const PetscInt take[], PetscInt width, PetscReal **a)
+/* New array of the chosen rows of so many bytes in place of the one that *array points to; none stays none. */
+static PetscErrorCode TakeRows(PetscInt n, const PetscInt take[], size_t row, void *array)
 {
-  PetscReal *to;
+  const char *from = *(void **)array;
+  char       *to;
 
   PetscFunctionBegin;
-  if (!*a) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(width * n, &to));
-  for (PetscInt k = 0; k < n; k++)
-    for (PetscInt w = 0; w < width; w++) to[width * k + w] = (*a)[width * take[k] + w];
-  PetscCall(PetscFree(*a));
-  *a = to;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TakeInts(PetscInt n, const PetscInt take[], PetscInt **a)
-{
-  PetscInt *to;
-
-  PetscFunctionBegin;
-  if (!*a) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(n, &to));
-  for (PetscInt k = 0; k < n; k++) to[k] = (*a)[take[k]];
-  PetscCall(PetscFree(*a));
-  *a = to;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TakeBytes(PetscInt n, const PetscInt take[], unsigned char **a)
-{
-  unsigned char *to;
-
-  PetscFunctionBegin;
-  if (!*a) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(n, &to));
-  for (PetscInt k = 0; k < n; k++) to[k] = (*a)[take[k]];
-  PetscCall(PetscFree(*a));
-  *a = to;
+  if (!from) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(row * (size_t)n, &to));
+  for (PetscInt k = 0; k < n; k++) memcpy(to + row * (size_t)k, from + row * (size_t)take[k], row);
+  PetscCall(PetscFree(*(void **)array));
+  *(void **)array = to;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -267,34 +241,34 @@ static PetscErrorCode CutCells(DemModel model, const Part *part)
     c->corner      = corner;
   }
   if (c->n) {
-    PetscCall(TakeReals(part->n, packed, 1, &c->volume));
-    PetscCall(TakeReals(part->n, packed, 3, &c->centroid));
+    PetscCall(TakeRows(part->n, packed, sizeof(PetscReal), &c->volume));
+    PetscCall(TakeRows(part->n, packed, 3 * sizeof(PetscReal), &c->centroid));
     c->n = part->n;
   }
-  PetscCall(TakeInts(part->facets, part->facet, &c->p));
-  PetscCall(TakeInts(part->facets, part->facet, &c->q));
-  PetscCall(TakeReals(part->facets, part->facet, 1, &c->area));
-  PetscCall(TakeReals(part->facets, part->facet, 3, &c->at));
+  PetscCall(TakeRows(part->facets, part->facet, sizeof(PetscInt), &c->p));
+  PetscCall(TakeRows(part->facets, part->facet, sizeof(PetscInt), &c->q));
+  PetscCall(TakeRows(part->facets, part->facet, sizeof(PetscReal), &c->area));
+  PetscCall(TakeRows(part->facets, part->facet, 3 * sizeof(PetscReal), &c->at));
   c->n_facets = part->facets;
-  PetscCall(TakeInts(walls, wall, &c->wall_p));
-  PetscCall(TakeInts(walls, wall, &c->wall_face));
-  PetscCall(TakeReals(walls, wall, 1, &c->wall_area));
-  PetscCall(TakeReals(walls, wall, 3, &c->wall_at));
-  PetscCall(TakeReals(walls, wall, 3, &c->wall_normal));
+  PetscCall(TakeRows(walls, wall, sizeof(PetscInt), &c->wall_p));
+  PetscCall(TakeRows(walls, wall, sizeof(PetscInt), &c->wall_face));
+  PetscCall(TakeRows(walls, wall, sizeof(PetscReal), &c->wall_area));
+  PetscCall(TakeRows(walls, wall, 3 * sizeof(PetscReal), &c->wall_at));
+  PetscCall(TakeRows(walls, wall, 3 * sizeof(PetscReal), &c->wall_normal));
   c->n_walls = walls;
-  PetscCall(TakeReals(part->n, packed, 3, &model->packing.x));
-  PetscCall(TakeReals(part->n, packed, 1, &model->packing.r));
+  PetscCall(TakeRows(part->n, packed, 3 * sizeof(PetscReal), &model->packing.x));
+  PetscCall(TakeRows(part->n, packed, sizeof(PetscReal), &model->packing.r));
   model->packing.n = part->n;
-  PetscCall(TakeReals(part->facets, part->facet, 1, &model->weak));
+  PetscCall(TakeRows(part->facets, part->facet, sizeof(PetscReal), &model->weak));
   PetscCall(PetscFree(model->group));
   PetscCall(PetscFree(model->breakable));
-  PetscCall(TakeInts(part->n, packed, &model->grain_of));
-  PetscCall(TakeReals(part->n, packed, 1, &model->weight_mass));
-  PetscCall(TakeReals(part->n, packed, 1, &model->weight_volume));
-  PetscCall(TakeReals(part->facets, part->facet, 1, &model->weight_facet));
-  PetscCall(TakeReals(part->n, part->take, 1, &model->share));
-  PetscCall(TakeBytes(part->n, part->take, &model->tool_share));
-  PetscCall(TakeBytes(part->n, part->take, &model->contacts.kind));
+  PetscCall(TakeRows(part->n, packed, sizeof(PetscInt), &model->grain_of));
+  PetscCall(TakeRows(part->n, packed, sizeof(PetscReal), &model->weight_mass));
+  PetscCall(TakeRows(part->n, packed, sizeof(PetscReal), &model->weight_volume));
+  PetscCall(TakeRows(part->facets, part->facet, sizeof(PetscReal), &model->weight_facet));
+  PetscCall(TakeRows(part->n, part->take, sizeof(PetscReal), &model->share));
+  PetscCall(TakeRows(part->n, part->take, 1, &model->tool_share));
+  PetscCall(TakeRows(part->n, part->take, 1, &model->contacts.kind));
   PetscCall(PetscFree2(wall, packed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -365,7 +339,7 @@ static PetscErrorCode CutBonds(DemModel model, const Part *part)
   }
   Columns(3, old.n, m, m, take, old.arm, b->arm);
   if (old.now == old.k) b->now = b->k;
-  PetscCall(TakeReals(m, take, 1, &b->weight));
+  PetscCall(TakeRows(m, take, sizeof(PetscReal), &b->weight));
   PetscCall(PetscFree7(old.p, old.q, old.ip, old.iq, old.k, old.arm, old.facet));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

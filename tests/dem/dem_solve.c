@@ -260,3 +260,31 @@ PetscErrorCode TestSameState(DemModel part, DemModel whole)
   PetscCall(DemModelRestoreState(whole, &b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode TestSteps(DemModel model, PetscReal safety, PetscInt from, PetscInt to)
+{
+  PetscReal dt;
+
+  PetscFunctionBegin;
+  PetscCall(DemModelGetCriticalStep(model, &dt));
+  for (PetscInt k = from; k < to; k++) {
+    PetscCall(DemModelAdvance(model, k * safety * dt, safety * dt));
+    PetscCall(DemModelEvaluate(model, safety * dt));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TestSameEnergies(DemModel part, DemModel whole, Ledger *of_part, Ledger *of_whole)
+{
+  Stepper   a, b;
+  PetscReal most = 0;
+
+  PetscFunctionBegin;
+  PetscCall(DemModelGetStepper(part, &a));
+  PetscCall(DemModelGetStepper(whole, &b));
+  PetscCall(a.energy(part, of_part));
+  PetscCall(b.energy(whole, of_whole));
+  for (int k = 0; k < LEDGER_TERMS; k++) most = PetscMax(most, PetscAbsReal(of_whole->energy[k]));
+  for (int k = 0; k < LEDGER_TERMS; k++) CheckNear(of_part->energy[k], of_whole->energy[k], 1e-12 * most);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

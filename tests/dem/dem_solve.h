@@ -29,3 +29,7 @@ PetscErrorCode TestRemoveRigid(DemModel model, PetscReal *x);
 
 /* The rank's own particles are those of the whole body on one rank, to the last bit. */
 PetscErrorCode TestSameState(DemModel part, DemModel whole);
+/* Steps from .. to of safety x critical. */
+PetscErrorCode TestSteps(DemModel model, PetscReal safety, PetscInt from, PetscInt to);
+/* The energies of both, sums in another order: to 1e-12 of the largest. Returns both ledgers. */
+PetscErrorCode TestSameEnergies(DemModel part, DemModel whole, Ledger *of_part, Ledger *of_whole);

@@ -7,6 +7,8 @@
 #include "dem_solve.h"
 #include <unistd.h>
 
+#define SAFETY 0.8 /* of the critical step */
+
 typedef enum { FALLING, GAS, LEAVING, KINDS, TORN, SPRINGS, CASES } Case;
 
 typedef struct {
@@ -128,34 +130,14 @@ static PetscErrorCode Model(MPI_Comm comm, const TestBody *body, const Setting *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Steps(DemModel model, PetscInt from, PetscInt to)
-{
-  PetscReal dt;
-
-  PetscFunctionBegin;
-  PetscCall(DemModelGetCriticalStep(model, &dt));
-  for (PetscInt k = from; k < to; k++) {
-    PetscCall(DemModelAdvance(model, k * 0.8 * dt, 0.8 * dt));
-    PetscCall(DemModelEvaluate(model, 0.8 * dt));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Energies to rounding, counts exactly. */
 static PetscErrorCode SameSums(DemModel part, DemModel whole)
 {
-  Stepper          a, b;
   Ledger           la, lb;
   DemContactCounts na, nb;
-  PetscReal        most = 0;
 
   PetscFunctionBegin;
-  PetscCall(DemModelGetStepper(part, &a));
-  PetscCall(DemModelGetStepper(whole, &b));
-  PetscCall(a.energy(part, &la));
-  PetscCall(b.energy(whole, &lb));
-  for (int k = 0; k < LEDGER_TERMS; k++) most = PetscMax(most, PetscAbsReal(lb.energy[k]));
-  for (int k = 0; k < LEDGER_TERMS; k++) CheckNear(la.energy[k], lb.energy[k], 1e-12 * most);
+  PetscCall(TestSameEnergies(part, whole, &la, &lb));
   PetscCall(DemModelGetContactCounts(part, &na));
   PetscCall(DemModelGetContactCounts(whole, &nb));
   CheckInt(na.searches, nb.searches);
@@ -189,8 +171,8 @@ static PetscErrorCode Compare(const Setting *s, PetscInt threads)
   PetscCall(Body(s, &body));
   PetscCall(Model(PETSC_COMM_WORLD, &body, s, threads, &part));
   PetscCall(Model(PETSC_COMM_SELF, &body, s, 1, &whole));
-  PetscCall(Steps(part, 0, s->steps));
-  PetscCall(Steps(whole, 0, s->steps));
+  PetscCall(TestSteps(part, SAFETY, 0, s->steps));
+  PetscCall(TestSteps(whole, SAFETY, 0, s->steps));
   PetscCall(TestSameState(part, whole));
   PetscCall(SameSums(part, whole));
   PetscCall(DemModelGetContactCounts(whole, &counts));
@@ -268,21 +250,21 @@ static PetscErrorCode TestRestart(void)
     PetscCall(Body(s, &body));
     PetscCall(Model(PETSC_COMM_WORLD, &body, s, 1, &part));
     PetscCall(Model(PETSC_COMM_SELF, &body, s, 1, &whole));
-    PetscCall(Steps(part, 0, half));
-    PetscCall(Steps(whole, 0, half));
+    PetscCall(TestSteps(part, SAFETY, 0, half));
+    PetscCall(TestSteps(whole, SAFETY, 0, half));
     PetscCall(File(PETSC_COMM_WORLD, part, file, PETSC_TRUE));
     if (rank == 0) PetscCall(File(PETSC_COMM_SELF, whole, alone, PETSC_TRUE));
     PetscCallMPI(MPI_Barrier(PETSC_COMM_WORLD));
-    PetscCall(Steps(whole, half, s->steps));
+    PetscCall(TestSteps(whole, SAFETY, half, s->steps));
     PetscCall(Model(PETSC_COMM_WORLD, &body, s, 1, &on));
     PetscCall(File(PETSC_COMM_WORLD, on, alone, PETSC_FALSE));
-    PetscCall(Steps(on, half, s->steps));
+    PetscCall(TestSteps(on, SAFETY, half, s->steps));
     PetscCall(TestSameState(on, whole));
     PetscCall(SameSums(on, whole));
     PetscCall(DemModelDestroy(&on));
     PetscCall(Model(PETSC_COMM_SELF, &body, s, 1, &on));
     PetscCall(File(PETSC_COMM_SELF, on, file, PETSC_FALSE));
-    PetscCall(Steps(on, half, s->steps));
+    PetscCall(TestSteps(on, SAFETY, half, s->steps));
     PetscCall(TestSameState(on, whole));
     PetscCall(SameSums(on, whole));
     PetscCall(DemModelDestroy(&on));
