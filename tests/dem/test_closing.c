@@ -17,7 +17,8 @@ typedef struct {
 
 #define YOUNG 37e9
 
-static PetscErrorCode PairCreate(PetscInt dim, PetscReal poisson, PetscReal h, const DemStrength *s, Pair *p)
+/* radius, over h: that of both spheres; meet: NULL, or how they touch when no bond joins them. */
+static PetscErrorCode PairCreateMeeting(PetscInt dim, PetscReal poisson, PetscReal h, const DemStrength *s, PetscReal radius, const DemContactOptions *meet, Pair *p)
 {
   const PetscReal low[3] = {0}, size[3] = {2 * h, h, h};
 
@@ -33,19 +34,25 @@ static PetscErrorCode PairCreate(PetscInt dim, PetscReal poisson, PetscReal h, c
   PetscCall(PetscCalloc1(6, &p->body.packing.x));
   PetscCall(PetscMalloc1(2, &p->body.packing.r));
   for (PetscInt k = 0; k < 2; k++) {
-    p->body.packing.r[k]     = 0.5 * h;
+    p->body.packing.r[k]     = radius * h;
     p->body.packing.x[3 * k] = (k + 0.5) * h;
     for (PetscInt d = 1; d < dim; d++) p->body.packing.x[3 * k + d] = 0.5 * h;
   }
   PetscCall(DemCellsCreate(&p->body.body, &p->body.packing, &p->body.cells));
   PetscCall(TestModelCreate(&p->body, dim == 3 ? DEM_SOLID : DEM_PLANE_STRESS, YOUNG, poisson, &p->model));
   PetscCall(DemModelSetStrength(p->model, s));
+  if (meet) PetscCall(DemModelSetContact(p->model, meet));
   PetscCall(DemModelSetUp(p->model));
   PetscCall(DemModelGetStepper(p->model, &p->stepper));
   PetscCall(DemModelGetState(p->model, &p->st));
   p->right = p->st.number[0] == 1 ? 0 : 1;
   p->left  = 1 - p->right;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PairCreate(PetscInt dim, PetscReal poisson, PetscReal h, const DemStrength *s, Pair *p)
+{
+  return PairCreateMeeting(dim, poisson, h, s, 0.5, NULL, p);
 }
 
 static PetscErrorCode PairDestroy(Pair *p)
@@ -572,6 +579,35 @@ static PetscErrorCode TestSlidOff(void)
 }
 CHECK_TEST(TestSlidOff)
 
+/* Slid off while their spheres overlap: a contact from the next search on, without force up to the overlap it then has, pushing beyond it; met again from afar, pushing from the first touch. */
+static PetscErrorCode TestSlidOffMeets(void)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt dim = 2; dim <= 3; dim++) {
+    const DemStrength      *s = &tension[0];
+    const DemContactOptions meet = {.choice = {.law = DEM_CONTACT_LINEAR, .stiffness = YOUNG, .restitution = 1}};
+    const PetscReal         h = 0.2 * DemSofteningLongest(s, YOUNG / 2), radius = 0.95, press = 1e-4 * h;
+    PetscReal               pushed;
+    Pair                    p;
+
+    PetscCall(PairCreateMeeting(dim, 0, h, s, radius, &meet, &p));
+    PetscCall(PairMove(&p, 8000, 1.2 * DemSofteningEnd(s), 0));
+    PetscCall(PairMove(&p, 100, -press, 0));
+    PetscCall(PairMove(&p, 1000, -press, 1.3 * h)); /* centres 1.64 h apart, radii 1.9 h; a search comes by every 0.14 h */
+    for (PetscInt d = 0; d < 3; d++) CheckNear(p.force[d], 0, 0);
+    PetscCall(PairMove(&p, 100, -press, 0.9 * h));
+    pushed = p.force[0];
+    PetscCall(PairMove(&p, 1000, -press, 2 * h)); /* apart, and back to the same place: the whole overlap counts, 0.555 h */
+    for (PetscInt d = 0; d < 3; d++) CheckNear(p.force[d], 0, 0);
+    PetscCall(PairMove(&p, 1000, -press, 0.9 * h));
+    CheckNear(pushed / p.force[0], 0.22, 0.1); /* it began between the slides of 1 and 1.14 h: overlaps of 0.38 to 0.49 h */
+    CheckClose(p.force[1] / p.force[0], 0.9 / (1 - 1e-4), 1e-9);
+    PetscCall(PairDestroy(&p));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestSlidOffMeets)
+
 /*
   Random bars in a uniform strain with scatter on it, materials of next to no strength: 20 facets in turn are left to their law and
   break whole in one step, or hold where breaking would free no energy (Y < 0). What is stored never rises.
@@ -644,6 +680,6 @@ static PetscErrorCode TestBreakingLowersEnergy(void)
 }
 CHECK_TEST(TestBreakingLowersEnergy)
 
-static const struct CMUnitTest tests[] = {TEST(TestSecant), TEST(TestPressedShut), TEST(TestFriction), TEST(TestShear), TEST(TestFreshTouch), TEST(TestTurned), TEST(TestSlidIsConservative), TEST(TestSlidNoFaster), TEST(TestSlidOff), TEST(TestBreakingLowersEnergy)};
+static const struct CMUnitTest tests[] = {TEST(TestSecant), TEST(TestPressedShut), TEST(TestFriction), TEST(TestShear), TEST(TestFreshTouch), TEST(TestTurned), TEST(TestSlidIsConservative), TEST(TestSlidNoFaster), TEST(TestSlidOff), TEST(TestSlidOffMeets), TEST(TestBreakingLowersEnergy)};
 
 CHECK_MAIN(tests)

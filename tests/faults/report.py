@@ -69,7 +69,7 @@ every scene of `tests/faults/scenes.py` on two threads, 150 steps and 100 more a
 - Two centres less than a millionth of a spacing apart ended as an internal error: they are refused as one.
 - A run wrote through a symbolic link named like one of its unfinished files: it is replaced.
 - A run of more steps than can be counted was refused only after its directory was made.
-- A facet that had slid or turned held with its whole stiffness up to its rim, and then with nothing: confined and crushed bodies ran away at 0.9 of the critical step. It bears with what still faces the other side, and what slid off is a contact at once.
+- A facet that had slid or turned held with its whole stiffness up to its rim, and then with nothing: confined and crushed bodies ran away at 0.9 of the critical step. It bears with what still faces the other side, and what slid off becomes a contact.
 """
 
 
