@@ -1,5 +1,6 @@
 #include "coupled.h"
 #include "check.h"
+#include "fem_case.h"
 #include <petsctime.h>
 
 static PetscReal Random(uint64_t *state)
@@ -12,8 +13,22 @@ static PetscReal Random(uint64_t *state)
   return (PetscReal)(z >> 11) / 9007199254740992.0;
 }
 
+/* A group "node <number in the mesh>" of each node that is chosen. */
+static PetscErrorCode NameNodes(Mesh *mesh, CoupledNodes chosen)
+{
+  PetscInt n = 0, *node;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(mesh->n_nodes, &node));
+  for (PetscInt i = 0; i < mesh->n_nodes; i++)
+    if (chosen(mesh->x + 3 * i)) node[n++] = i;
+  PetscCall(CaseAddNodeGroups(mesh, n, node));
+  PetscCall(PetscFree(node));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* columns: one random spacing along x, the same in every row of equal cells, so that with nu = 0 each row is the same chain. */
-static PetscErrorCode Create(MeshCellType type, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, PetscBool columns, const CouplingOptions *options, Coupled *c)
+static PetscErrorCode Create(MeshCellType type, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, PetscBool columns, CoupledNodes nodes, const CouplingOptions *options, Coupled *c)
 {
   const PetscReal zero[3] = {0, 0, 0}, d = h / ratio;
   const PetscInt  dim = MeshCellDim(type);
@@ -25,6 +40,7 @@ static PetscErrorCode Create(MeshCellType type, const PetscReal size[3], PetscRe
   PetscCall(PetscMemzero(c, sizeof(*c)));
   for (PetscInt k = 0; k < dim; k++) n[k] = (PetscInt)(size[k] / h + 0.5);
   PetscCall(MeshCreateBox(PETSC_COMM_SELF, "body", type, zero, size, n, &c->mesh));
+  if (nodes) PetscCall(NameNodes(&c->mesh, nodes));
   /* one more group: the cells that become particles */
   PetscCall(PetscMalloc1(c->mesh.n_groups + 1, &group));
   PetscCall(PetscArraycpy(group, c->mesh.group, c->mesh.n_groups));
@@ -90,14 +106,21 @@ static PetscErrorCode Create(MeshCellType type, const PetscReal size[3], PetscRe
 PetscErrorCode CoupledCreate(PetscInt dim, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, const CouplingOptions *options, Coupled *c)
 {
   PetscFunctionBegin;
-  PetscCall(Create(dim == 3 ? MESH_HEX8 : MESH_QUAD4, size, h, from, to, ratio, width, nu, seed, PETSC_FALSE, options, c));
+  PetscCall(Create(dim == 3 ? MESH_HEX8 : MESH_QUAD4, size, h, from, to, ratio, width, nu, seed, PETSC_FALSE, NULL, options, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode CoupledCreateOf(MeshCellType type, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, const CouplingOptions *options, Coupled *c)
 {
   PetscFunctionBegin;
-  PetscCall(Create(type, size, h, from, to, ratio, width, nu, seed, PETSC_FALSE, options, c));
+  PetscCall(Create(type, size, h, from, to, ratio, width, nu, seed, PETSC_FALSE, NULL, options, c));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CoupledCreateNodes(MeshCellType type, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, CoupledNodes nodes, const CouplingOptions *options, Coupled *c)
+{
+  PetscFunctionBegin;
+  PetscCall(Create(type, size, h, from, to, ratio, width, nu, seed, PETSC_FALSE, nodes, options, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -106,7 +129,7 @@ PetscErrorCode CoupledCreateChain(PetscReal length, PetscReal from, PetscReal to
   const PetscReal size[3] = {length, 1, 1};
 
   PetscFunctionBegin;
-  PetscCall(Create(MESH_QUAD4, size, 1, from, to, ratio, width, 0, seed, PETSC_TRUE, options, c));
+  PetscCall(Create(MESH_QUAD4, size, 1, from, to, ratio, width, 0, seed, PETSC_TRUE, NULL, options, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

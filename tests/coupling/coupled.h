@@ -18,6 +18,9 @@ typedef struct {
 PetscErrorCode CoupledCreate(PetscInt dim, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, const CouplingOptions *options, Coupled *c);
 /* The same with cells of this type instead of quadrilaterals or hexahedra. */
 PetscErrorCode CoupledCreateOf(MeshCellType type, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, const CouplingOptions *options, Coupled *c);
+/* The same; nodes that are chosen by their place [m] are groups of their own, "node <number in the whole mesh>". */
+typedef PetscBool (*CoupledNodes)(const PetscReal x[3]);
+PetscErrorCode CoupledCreateNodes(MeshCellType type, const PetscReal size[3], PetscReal h, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, PetscReal nu, uint64_t seed, CoupledNodes nodes, const CouplingOptions *options, Coupled *c);
 /* The same equations in one dimension: a strip one element high, nu = 0, its particles in columns of random spacing; rows alike. */
 PetscErrorCode CoupledCreateChain(PetscReal length, PetscReal from, PetscReal to, PetscReal ratio, PetscInt width, uint64_t seed, const CouplingOptions *options, Coupled *c);
 PetscErrorCode CoupledDestroy(Coupled *c);
