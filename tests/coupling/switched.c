@@ -92,7 +92,7 @@ PetscErrorCode SwitchedPrepare(Switched *s)
   s->material = (FemMaterial){.density = 1, .young = 1, .poisson = s->nu};
   if (s->strength.tensile == 0) s->strength = (DemStrength){.tensile = 1, .fracture_energy = 1e3, .softening = DEM_SOFTENING_LINEAR};
   for (PetscInt k = 0; k < s->dim; k++) n[k] = (PetscInt)(s->size[k] / s->h + 0.5);
-  PetscCall(MeshCreateBox(PETSC_COMM_SELF, "body", s->dim == 3 ? MESH_HEX8 : MESH_QUAD4, zero, s->size, n, &s->mesh));
+  PetscCall(MeshCreateBox(PETSC_COMM_SELF, "body", s->type ? s->type : s->dim == 3 ? MESH_HEX8 : MESH_QUAD4, zero, s->size, n, &s->mesh));
   for (PetscInt k = 0; k < 3; k++) to[k] = s->start[k][1] > 0 ? s->start[k][1] : PETSC_MAX_REAL;
   PetscCall(AddGroup(s, "seed", from, to));
   if (s->zone[0][1] > 0) {

@@ -6,6 +6,7 @@ typedef struct Switched Switched;
 
 struct Switched {
   PetscInt       dim, threads, substeps;
+  MeshCellType   type;                 /* of the cells; 0: quadrilaterals, hexahedra */
   PetscReal      size[3], h;           /* box [0, size] */
   PetscReal      start[3][2];          /* cells with centroid inside are particles from the start; no limit where both are 0 */
   PetscReal      zone[3][2];           /* cells with centroid inside may turn; all when zone[0][1] = 0 */

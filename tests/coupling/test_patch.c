@@ -249,6 +249,35 @@ static PetscErrorCode TestQuadratic(void)
 }
 CHECK_TEST(TestQuadratic)
 
+/* Solid ones, eight particles to a side; hexahedra without nodes in sides and middle need ten. */
+static PetscErrorCode TestQuadraticSolid(void)
+{
+  static const MeshCellType type[]  = {MESH_TET10, MESH_HEX20, MESH_HEX27};
+  const PetscReal           size[3] = {7, 1, 1};
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < sizeof(type) / sizeof(type[0]); k++) {
+    Coupled        c;
+    CouplingReport report;
+    PetscReal      node, particle, dt, lambda = 0;
+
+    PetscCall(CoupledCreateOf(type[k], size, 1, 3, 4, type[k] == MESH_HEX20 ? 10 : 8, 1, 0.2, 90 + (uint64_t)k, NULL, &c));
+    PetscCall(CouplingModelSetUp(c.model));
+    PetscCall(CouplingModelGetReport(c.model, &report));
+    PetscCall(CouplingModelGetCriticalStep(c.model, &dt));
+    PetscCall(Uniform(&c, &node, &particle));
+    PetscCall(Highest(&c, 200, &lambda));
+    print_message("           %2d nodes: largest force / (stress x facet) on a node %.1e, on a particle %.1e; all states %.1e, before the fit %.1e, least share %.2f; %.3f of the stable dt^2\n", (int)MeshCellNodes(type[k]),
+                  (double)node, (double)particle, (double)report.residual, (double)report.residual_before, (double)report.least_weight, (double)(0.25 * dt * dt * lambda));
+    CheckBelow(node, 3e-3);
+    CheckBelow(particle, 1e-9);
+    CheckBelow(dt * dt * lambda, 4);
+    PetscCall(CoupledDestroy(&c));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestQuadraticSolid)
+
 /* dt = sqrt(3)/omega_0 is stable whatever the packing, the width and the weights: dt^2 lambda <= 4 of the whole, springs included. */
 static PetscErrorCode TestBound(void)
 {
@@ -331,6 +360,6 @@ static PetscErrorCode TestDrift(void)
 }
 CHECK_TEST(TestDrift)
 
-static const struct CMUnitTest tests[] = {TEST(TestPatchLine), TEST(TestPatch), TEST(TestQuadratic), TEST(TestBound), TEST(TestDrift)};
+static const struct CMUnitTest tests[] = {TEST(TestPatchLine), TEST(TestPatch), TEST(TestQuadratic), TEST(TestQuadraticSolid), TEST(TestBound), TEST(TestDrift)};
 
 CHECK_MAIN(tests)

@@ -39,6 +39,22 @@ static PetscErrorCode TestOverlap(void)
 }
 CHECK_TEST(TestOverlap)
 
-static const struct CMUnitTest tests[] = {TEST(TestEdge), TEST(TestOverlap)};
+/* Quadratic cells of twice the edge, as many nodes and particles as linear ones: one of them, from four to a wave on, sends back less than two linear ones. */
+static PetscErrorCode TestQuadratic(void)
+{
+  PetscFunctionBeginUser;
+  for (PetscReal lambda = 8; lambda <= 10; lambda += 2) {
+    PetscReal energy, linear, dt;
+
+    PetscCall(WaveReflectFrom(MESH_QUAD9, 2, lambda, 1, NULL, &energy, &dt));
+    PetscCall(WaveReflect(lambda, 2, NULL, &linear, NULL));
+    print_message("           %4.0f h: one quadratic cell %.3e, two linear ones %.3e, edge %.3e\n", (double)lambda, (double)energy, (double)linear, (double)WaveEdge(lambda, dt));
+    CheckBelow(energy, linear);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestQuadratic)
+
+static const struct CMUnitTest tests[] = {TEST(TestEdge), TEST(TestOverlap), TEST(TestQuadratic)};
 
 CHECK_MAIN(tests)

@@ -10,8 +10,7 @@
 
 #define SWELL  12 /* periods until the amplitude is full */
 #define WATCH  12 /* periods watched */
-#define ROWS   WAVE_RATIO /* of cells, in one square element. With a single row across flat elements the corrected energy (6.2) is not positive: it grew at any step */
-#define HEIGHT ((PetscReal)ROWS / WAVE_RATIO)
+/* The strip is one square element high. With a single row of particles across flat elements the corrected energy (6.2) is not positive: it grew at any step */
 
 PetscReal WaveEdge(PetscReal lambda, PetscReal dt)
 {
@@ -21,19 +20,19 @@ PetscReal WaveEdge(PetscReal lambda, PetscReal dt)
   return PetscSqr((fine - coarse) / (fine + coarse));
 }
 
-/* Edges -length .. 0 fine or coarse, 0 .. length coarse: one row of quads; groups "xmin", and "grains" for x < 0. */
-static PetscErrorCode StripMesh(PetscInt before, PetscInt fine, PetscInt after, Mesh *mesh)
+/* `before` cells of this edge up to x = 0, each in `fine` parts, then `after` whole ones: one row; groups "xmin", and "grains" for x < 0. */
+static PetscErrorCode StripMesh(MeshCellType type, PetscInt edge, PetscInt before, PetscInt fine, PetscInt after, Mesh *mesh)
 {
-  const PetscReal zero[3] = {0}, size[3] = {1, HEIGHT, 1};
+  const PetscReal zero[3] = {0}, size[3] = {1, edge, 1};
   const PetscInt  n[3] = {before * fine + after, 1, 1};
   MeshGroup      *group;
 
   PetscFunctionBegin;
-  PetscCall(MeshCreateBox(PETSC_COMM_SELF, "body", MESH_QUAD4, zero, size, n, mesh));
-  for (PetscInt i = 0; i < mesh->n_nodes; i++) { /* column of the unit box to its place */
-    const PetscInt column = (PetscInt)(mesh->x[3 * i] * n[0] + 0.5) - before * fine;
+  PetscCall(MeshCreateBox(PETSC_COMM_SELF, "body", type, zero, size, n, mesh));
+  for (PetscInt i = 0; i < mesh->n_nodes; i++) { /* half column of the unit box to its place */
+    const PetscInt half = (PetscInt)(2 * mesh->x[3 * i] * n[0] + 0.5) - 2 * before * fine;
 
-    mesh->x[3 * i] = column < 0 ? (PetscReal)column / fine : (PetscReal)column;
+    mesh->x[3 * i] = 0.5 * edge * (half < 0 ? (PetscReal)half / fine : (PetscReal)half);
   }
   PetscCall(PetscMalloc1(mesh->n_groups + 1, &group));
   PetscCall(PetscArraycpy(group, mesh->group, mesh->n_groups));
@@ -55,9 +54,10 @@ static PetscErrorCode StripMesh(PetscInt before, PetscInt fine, PetscInt after, 
 }
 
 /* Rows of square cells over the particles' mesh. */
-static PetscErrorCode StripParticles(Coupled *c)
+static PetscErrorCode StripParticles(PetscInt edge, Coupled *c)
 {
-  PetscReal low = PETSC_MAX_REAL, high = PETSC_MIN_REAL;
+  const PetscInt rows = edge * WAVE_RATIO;
+  PetscReal      low = PETSC_MAX_REAL, high = PETSC_MIN_REAL;
 
   PetscFunctionBegin;
   PetscCall(DemBodyCreateFromMesh(&c->split.dem, "", 1, &c->body));
@@ -65,26 +65,26 @@ static PetscErrorCode StripParticles(Coupled *c)
     low  = PetscMin(low, c->split.dem.x[3 * i]);
     high = PetscMax(high, c->split.dem.x[3 * i]);
   }
-  c->packing.n = ROWS * (PetscInt)((high - low) * WAVE_RATIO + 0.5);
+  c->packing.n = rows * (PetscInt)((high - low) * WAVE_RATIO + 0.5);
   PetscCall(PetscCalloc1(3 * c->packing.n, &c->packing.x));
   PetscCall(PetscMalloc1(c->packing.n, &c->packing.r));
   for (PetscInt k = 0; k < c->packing.n; k++) {
-    c->packing.x[3 * k]     = low + (k / ROWS + 0.5) / WAVE_RATIO;
-    c->packing.x[3 * k + 1] = (k % ROWS + 0.5) / WAVE_RATIO;
+    c->packing.x[3 * k]     = low + (k / rows + 0.5) / WAVE_RATIO;
+    c->packing.x[3 * k + 1] = (k % rows + 0.5) / WAVE_RATIO;
     c->packing.r[k]         = 0.5 / WAVE_RATIO;
   }
   PetscCall(DemCellsCreate(&c->body, &c->packing, &c->cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode StripCreate(PetscInt before, PetscInt after, PetscInt width, const CouplingOptions *options, const Table *drive, Coupled *c)
+static PetscErrorCode StripCreate(MeshCellType type, PetscInt edge, PetscInt before, PetscInt after, PetscInt width, const CouplingOptions *options, const Table *drive, Coupled *c)
 {
   const DemMaterial material = {.density = 1, .young = 1, .poisson = 0};
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(c, sizeof(*c)));
   c->material = (FemMaterial){.density = 1, .young = 1, .poisson = 0};
-  PetscCall(StripMesh(before, width ? 1 : WAVE_RATIO, after, &c->mesh));
+  PetscCall(StripMesh(type, edge, before, width ? 1 : WAVE_RATIO, after, &c->mesh));
   if (width) PetscCall(CouplingSplitCreate(&c->mesh, "grains", width, &c->split));
   PetscCall(FemModelCreate(PETSC_COMM_SELF, &c->fem));
   PetscCall(FemModelSetKind(c->fem, FEM_PLANE_STRAIN, 1));
@@ -96,7 +96,7 @@ static PetscErrorCode StripCreate(PetscInt before, PetscInt after, PetscInt widt
     PetscCall(FemModelSetUp(c->fem));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(StripParticles(c));
+  PetscCall(StripParticles(edge, c));
   PetscCall(DemModelCreate(PETSC_COMM_SELF, &c->dem));
   PetscCall(DemModelSetKind(c->dem, DEM_PLANE_STRAIN));
   PetscCall(DemModelSetMaterial(c->dem, &material));
@@ -138,11 +138,18 @@ static PetscReal Ratio(PetscInt n, const PetscReal *x, const double complex *a, 
 
 PetscErrorCode WaveReflect(PetscReal lambda, PetscInt width, const CouplingOptions *options, PetscReal *energy, PetscReal *step)
 {
+  PetscFunctionBegin;
+  PetscCall(WaveReflectFrom(MESH_QUAD4, 1, lambda, width, options, energy, step));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode WaveReflectFrom(MeshCellType type, PetscInt edge, PetscReal lambda, PetscInt width, const CouplingOptions *options, PetscReal *energy, PetscReal *step)
+{
   const PetscReal omega = 2 * PETSC_PI / lambda, dt = (options && options->method == COUPLING_PENALTY && options->penalty > 0.2 ? 0.5 : 1) * WAVE_STEP / WAVE_RATIO; /* stiff springs have a smaller step */
   const PetscReal k = 2 * WAVE_RATIO * asin(PetscSinReal(0.5 * omega * dt) / (dt * WAVE_RATIO)); /* sin(kd/2) = (d/dt) sin(omega dt/2) */
   const PetscReal probe = 2 * lambda, swell = SWELL * lambda, watch = WATCH * lambda;
   /* the front runs to the join, swells there, comes back over the probe; the end's echo of it must not be in time */
-  const PetscInt  before = (PetscInt)(0.55 * (swell + watch) + 2 * probe) + 10, after = (PetscInt)(0.55 * (swell + watch)) + 2 * (PetscInt)probe + width + 10;
+  const PetscInt  far = (PetscInt)(0.55 * (swell + watch)) + 2 * (PetscInt)probe + 10, cells = ((PetscInt)(0.55 * (swell + watch) + 2 * probe) + 9 + edge) / edge, before = cells * edge;
   const PetscReal begin = before + 1.1 * probe + swell;
   const PetscInt  first = (PetscInt)(begin / dt), last = first + (PetscInt)(watch / dt + 0.5);
   PetscReal      *t, *v, *x, most;
@@ -162,7 +169,7 @@ PetscErrorCode WaveReflect(PetscReal lambda, PetscInt width, const CouplingOptio
   }
   PetscCall(TableCreate(last + 2, t, v, &drive));
   PetscCall(PetscFree2(t, v));
-  PetscCall(StripCreate(before, after, width, options, &drive, &c));
+  PetscCall(StripCreate(type, edge, cells, (far + edge - 1) / edge + width, width, options, &drive, &c));
   if (width) PetscCall(CouplingModelGetStepper(c.model, &stepper));
   else PetscCall(FemModelGetStepper(c.fem, &stepper));
   PetscCall(stepper.stable_step(stepper.ctx, &most));

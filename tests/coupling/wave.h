@@ -14,5 +14,8 @@
 */
 PetscErrorCode WaveReflect(PetscReal lambda, PetscInt width, const CouplingOptions *options, PetscReal *energy, PetscReal *dt);
 
+/* The same into plane cells of this type with edges of 2 h, say, for quadratic ones: as many nodes on the way, particles as they are. width in such cells, >= 1. */
+PetscErrorCode WaveReflectFrom(MeshCellType type, PetscInt edge, PetscReal lambda, PetscInt width, const CouplingOptions *options, PetscReal *energy, PetscReal *dt);
+
 /* ((Z_d - Z_h)/(Z_d + Z_h))^2, Z(s) = sqrt(1 - (O s/2)^2), O = 2/dt sin(omega dt/2): two lumped chains joined at a node */
 PetscReal WaveEdge(PetscReal lambda, PetscReal dt);
