@@ -10,6 +10,7 @@
 #include "dem.h"
 #include "fem.h"
 #include "json.h"
+#include "run_govern.h"
 #include "scene.h"
 
 typedef struct {
@@ -138,6 +139,10 @@ typedef struct {
   CouplingSwitch turning; /* NULL unless elements may turn into particles: fem, dem and coupling are then its own, see AppSidesNow() */
   PetscInt      threads;
   Stepper     stepper;
+  TableClock  pace;    /* of time.govern; tables point here */
+  PetscBool   governed;
+  RunGovernOptions law;
+  RunGovern   govern;
   AppReadings readings;
 
   PetscInt   n_modes; /* of a modal run */
@@ -176,6 +181,9 @@ PetscErrorCode AppProbesApply(AppCase *c);
 PetscErrorCode AppReadingsNeed(AppCase *c, const AppQuantity *strain); /* the columns it is made of; before the models are set up */
 PetscErrorCode AppReadingsBegin(AppCase *c);                          /* puts itself before c->stepper */
 PetscErrorCode AppReadingsDestroy(AppCase *c);
+PetscErrorCode AppTable(AppCase *c, const char *path, Table *table); /* of the scene, read at load time where the load is governed */
+PetscErrorCode AppGovernRead(AppCase *c);
+PetscErrorCode AppGovernBegin(AppCase *c); /* puts itself before c->stepper */
 PetscErrorCode AppSideOf(AppCase *c, const char *path, const char *group, PetscBool *particles);
 PetscErrorCode AppContactApply(AppCase *c);
 

@@ -33,6 +33,7 @@ PetscErrorCode AppCaseRead(MPI_Comm comm, const AppOptions *options, AppCase *c)
   PetscCall(AppClockEnd(&c->clock));
   PetscCall(AppClockBegin(&c->clock, "geometry"));
   PetscCall(AppGeometryRead(c));
+  PetscCall(AppGovernRead(c)); /* before the tables */
   PetscCall(AppConditionsRead(c));
   PetscCall(AppClockEnd(&c->clock));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -490,12 +491,14 @@ PetscErrorCode AppCaseBuild(AppCase *c, PetscInt threads)
   else if (c->method == APP_FEM) PetscCall(BuildFem(c, threads));
   else PetscCall(BuildDem(c, threads));
   PetscCall(AppReadingsBegin(c));
+  PetscCall(AppGovernBegin(c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode AppCaseDestroy(AppCase *c)
 {
   PetscFunctionBegin;
+  PetscCall(RunGovernDestroy(&c->govern));
   PetscCall(AppReadingsDestroy(c));
   if (c->turning) { /* the sides are its own */
     PetscCall(CouplingSwitchDestroy(&c->turning));

@@ -111,7 +111,7 @@ static PetscErrorCode ReadDirections(AppCase *c, const char *at, const char *key
     Path(path, "%s.%s.%c", at, key, (char)('x' + d));
     PetscCall(SceneHas(c->scene, path, &has));
     if (!has) continue;
-    PetscCall(SceneGetTable(c->scene, path, &table));
+    PetscCall(AppTable(c, path, &table));
     if (!strcmp(key, "traction") || !strcmp(key, "force") || !strcmp(key, "line_load")) {
       AppLoad *load;
 
@@ -234,7 +234,7 @@ static PetscErrorCode ReadPlane(AppCase *c, const char *at, const AppGroup *grou
   for (PetscInt d = 0; d < c->dim; d++) {
     Path(key, "%s.velocity.%c", path, (char)('x' + d));
     PetscCall(SceneHas(c->scene, key, &has));
-    if (has) PetscCall(SceneGetTable(c->scene, key, &load->motion[d]));
+    if (has) PetscCall(AppTable(c, key, &load->motion[d]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -325,7 +325,7 @@ static PetscErrorCode ReadCondition(AppCase *c, PetscInt i)
   if (has) {
     PetscCall(CheckFacets(c, path, group));
     PetscCall(AddLoad(c, APP_PRESSURE, path, group->name, &load));
-    PetscCall(SceneGetTable(c->scene, path, &load->table));
+    PetscCall(AppTable(c, path, &load->table));
   }
   for (PetscInt k = first; k < c->n_loads; k++) c->load[k].particles = group->particles;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -411,6 +411,7 @@ PetscErrorCode AppPlanPrint(AppCase *c, const AppPlan *p, FILE *out)
     }
     fprintf(out, "  steps     %s%.0f to ", sure ? "" : "about ", (double)p->steps);
     Time(out, end);
+    if (c->governed) fprintf(out, " at pace 1; the load is governed: between %.0f and %.0f (pace %.4g to %.4g)", (double)(p->steps / c->law.fastest), (double)(p->steps / c->law.slowest), (double)c->law.fastest, (double)c->law.slowest);
   }
   fprintf(out, "\n  expected  ");
   Expected(out, p->seconds);
@@ -455,6 +456,7 @@ PetscErrorCode AppPlanJson(AppCase *c, const AppPlan *p, Json *json)
     PetscCall(JsonString(json, "far_field", far));
   }
   PetscCall(JsonReal(json, "steps", p->steps));
+  PetscCall(JsonBool(json, "governed", c->governed)); /* steps are of pace 1 */
   PetscCall(JsonReal(json, "expected_seconds", p->seconds));
   PetscCall(JsonInt(json, "threads", p->threads));
   PetscCall(JsonInt(json, "ranks", c->size));

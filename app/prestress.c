@@ -48,7 +48,7 @@ static PetscErrorCode Temperature(AppCase *c, const AppPart *part)
   Path(path, "%s.rise", at);
   PetscCall(SceneHas(c->scene, path, &has));
   if (has) {
-    PetscCall(SceneGetTable(c->scene, path, &table));
+    PetscCall(AppTable(c, path, &table));
     AppCallAt(c->scene, path, FemModelAddTemperature(c->fem, part->group, field, &table));
     PetscCall(TableDestroy(&table));
   }
@@ -58,7 +58,7 @@ static PetscErrorCode Temperature(AppCase *c, const AppPart *part)
     Path(path, "%s.gradient.%c", at, (char)('x' + d));
     PetscCall(SceneHas(c->scene, path, &has));
     if (!has) continue;
-    PetscCall(SceneGetTable(c->scene, path, &table));
+    PetscCall(AppTable(c, path, &table));
     for (PetscInt k = 0; k < 4; k++) field[k] = k == d + 1 ? 1 : 0;
     field[0] = -origin[d];
     AppCallAt(c->scene, path, FemModelAddTemperature(c->fem, part->group, field, &table));

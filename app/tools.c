@@ -41,7 +41,7 @@ static PetscErrorCode TableOf(AppCase *c, const char *at, const char *key, Table
   PetscFunctionBegin;
   Path(path, at, key);
   PetscCall(SceneHas(c->scene, path, &wrote));
-  if (wrote) PetscCall(SceneGetTable(c->scene, path, table));
+  if (wrote) PetscCall(AppTable(c, path, table));
   if (table->n == 1 && table->v[0] == 0) PetscCall(TableDestroy(table)); /* as if it were not there */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

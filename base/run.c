@@ -1,7 +1,7 @@
 /*
   run.c - the loop.
 
-  Time is t = n dt with a constant dt, n the step; the last step is the first at or after `end`. Rows, frames and
+  Time is t = n dt with a constant dt, n the step; the last step is the first at or after `end`, of load time where the stepper has a clock. Rows, frames and
   checkpoints fall on the first step at or after k x every, a function of n alone: nothing drifts, and a resumed run
   falls on the same steps as an uninterrupted one. What the wall clock decides (progress, checkpoints every 5 minutes,
   Ctrl-C) reads the state and never changes it, nor anything a later checkpoint would hold.
@@ -84,13 +84,14 @@ static PetscReal StepOf(PetscReal k, PetscReal every, PetscReal dt)
   return PetscCeilReal(k * (every / dt) - STEP_SLACK);
 }
 
-/* Is n the first step at or after some k x every? Step 0 always is; every = 0 is never after that. */
-static PetscBool IsDue(PetscInt n, PetscReal every, PetscReal dt)
+/* Is n the first step at or after some k x every? Step 0 always is; every = 0 is never after that. With a clock, of load time: what lies between this step and the one before. */
+static PetscBool IsDue(const TableClock *clock, PetscInt n, PetscReal every, PetscReal dt)
 {
   PetscReal k;
 
   if (n == 0) return PETSC_TRUE;
   if (every <= 0) return PETSC_FALSE;
+  if (clock) return (PetscBool)(PetscFloorReal((TableClockTime(clock, n * dt) + STEP_SLACK * dt) / every) > PetscFloorReal((TableClockTime(clock, (n - 1) * dt) + STEP_SLACK * dt) / every));
   if (every <= dt) return PETSC_TRUE;
   k = PetscFloorReal(n * (dt / every)); /* near enough; the neighbours settle it */
   for (PetscReal j = k - 1; j <= k + 1; j++)
@@ -115,7 +116,9 @@ static PetscErrorCode ChooseStep(Run *run)
 
 static PetscErrorCode CountSteps(Run *run)
 {
-  const PetscReal steps = StepOf(1, run->options->end, run->sum->dt);
+  const TableClock *clock = run->stepper->clock;
+  const PetscReal   dt = run->sum->dt, now = run->n * dt, left = run->options->end - TableClockTime(clock, now);
+  const PetscReal   steps = clock ? run->n + PetscMax(0, PetscCeilReal(left / (dt * TableClockPace(clock, now)) - STEP_SLACK)) : StepOf(1, run->options->end, dt); /* with a clock a guess, made anew as it goes */
 
   PetscFunctionBegin;
   BaseCheckInput(steps < PETSC_MAX_INT - 1, run->comm, "%.6g s in steps of %.6g s are %.6g steps, more than this build can count (%" PetscInt_FMT ")", (double)run->options->end,
@@ -428,8 +431,8 @@ static PetscErrorCode DropLater(Run *run)
   const PetscReal dt = run->sum->dt, here = run->n * dt, before = (run->n - 1) * dt;
 
   PetscFunctionBegin;
-  PetscCall(OutputTruncateHistory(run->output, IsDue(run->n, run->options->history_every, dt) ? here : before));
-  PetscCall(OutputTruncateFrames(run->output, IsDue(run->n, run->options->frame_every, dt) ? here : before));
+  PetscCall(OutputTruncateHistory(run->output, IsDue(run->stepper->clock, run->n, run->options->history_every, dt) ? here : before));
+  PetscCall(OutputTruncateFrames(run->output, IsDue(run->stepper->clock, run->n, run->options->frame_every, dt) ? here : before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -468,6 +471,7 @@ static void Show(Run *run)
   PetscLogDouble      now;
 
   PetscTime(&now);
+  if (run->stepper->clock) (void)CountSteps(run);
   if (run->rank == 0 && run->progress.on) ProgressShow(&run->progress, &state, now);
 }
 
@@ -479,9 +483,9 @@ static PetscErrorCode Deliver(Run *run, PetscBool *ends)
   const RunOptions *o     = run->options;
   RunSummary       *sum   = run->sum;
   const PetscReal   dt    = sum->dt;
-  const PetscBool   row   = IsDue(run->n, o->history_every, dt), frame = IsDue(run->n, o->frame_every, dt);
-  const PetscBool   save  = (PetscBool)(o->checkpoint_every > 0 && run->n > 0 && IsDue(run->n, o->checkpoint_every, dt));
-  const PetscBool   last  = (PetscBool)(run->n >= run->last);
+  const PetscBool   row   = IsDue(run->stepper->clock, run->n, o->history_every, dt), frame = IsDue(run->stepper->clock, run->n, o->frame_every, dt);
+  const PetscBool   save  = (PetscBool)(o->checkpoint_every > 0 && run->n > 0 && IsDue(run->stepper->clock, run->n, o->checkpoint_every, dt));
+  const PetscBool   last  = (PetscBool)(run->stepper->clock ? TableClockTime(run->stepper->clock, run->n * dt) >= o->end - STEP_SLACK * dt : run->n >= run->last);
   PetscBool         quiet = PETSC_FALSE;
 
   PetscFunctionBegin;

@@ -8,6 +8,7 @@
 #include "checkpoint.h"
 #include "ledger.h"
 #include "output.h"
+#include "table.h"
 
 typedef enum { RUN_WATCH_MOTION, RUN_WATCH_ALL, RUN_WATCH_FASTEST } RunWatch; /* all: also what costs more than a look at the motion */
 
@@ -29,10 +30,11 @@ typedef struct {
   const char *const *history_name; /* [n_history] */
   const char *const *history_unit; /* [n_history] */
   PetscReal   elements;            /* elements + bonds advanced a step, for the rate shown */
+  const TableClock *clock;         /* load time, that ends and intervals are counted in (run_govern.h); NULL: time itself */
 } Stepper;
 
 typedef struct {
-  PetscReal   end;              /* [s] */
+  PetscReal   end;              /* [s]; this and the intervals below of load time, where the stepper has a clock */
   PetscReal   step;             /* given step [s]; 0 = safety x stable step */
   PetscReal   safety;           /* default 0.9 */
   PetscReal   history_every;    /* [s]; 0 = only first and last */

@@ -84,7 +84,7 @@ static PetscErrorCode StepperHistory(void *ctx, PetscInt i, PetscReal *value)
     const DemFace *face = &model->face[h->face];
 
     if (h->quantity[0] == 'd') *value = face->shift[c];
-    else *value = face->motion[c] == DEM_VELOCITY ? TableValue(&face->table[c], model->time) : TableSlope(&face->table[c], model->time);
+    else *value = face->motion[c] == DEM_VELOCITY ? TableRate(&face->table[c], model->time) : TableSlope(&face->table[c], model->time);
   } else { /* area mean over the face, of the facets' own points */
     const DemCells *cells = &model->cells;
     PetscReal       both[2], sum = 0, area = 0;

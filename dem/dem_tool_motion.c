@@ -130,8 +130,8 @@ PetscErrorCode DemToolMotionSet_Internal(DemTool *tool, PetscInt dim, PetscReal 
       BaseCheckInput(PetscAbsReal(o->push_axis[d]) < 1e-12 || !o->velocity[d].n, PETSC_COMM_SELF, "Tool '%s': the force drives it along %c, where a velocity is prescribed; keep one", tool->name, (char)('x' + d));
   }
   if (o->twisted) BaseCheckInput(o->inertia > 0, PETSC_COMM_SELF, "Tool '%s': driven by a torque it needs a positive moment of inertia, not %.6g kg m2", tool->name, (double)o->inertia);
-  for (PetscInt d = 0; d < dim; d++) tool->velocity[d] = o->velocity[d].n ? TableValue(&o->velocity[d], 0) : 0;
-  for (PetscInt d = 0; d < 3; d++) tool->spin[d] = o->speed.n ? TableValue(&o->speed, 0) * o->turn_axis[d] : 0;
+  for (PetscInt d = 0; d < dim; d++) tool->velocity[d] = o->velocity[d].n ? TableRate(&o->velocity[d], 0) : 0;
+  for (PetscInt d = 0; d < 3; d++) tool->spin[d] = o->speed.n ? TableRate(&o->speed, 0) * o->turn_axis[d] : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

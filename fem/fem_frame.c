@@ -192,9 +192,15 @@ static PetscErrorCode MotionToFix(FemModel model, const Motion *m, PetscInt firs
   PetscCall(PetscSortRemoveDupsReal(&n, t));
   for (PetscInt j = 0; j < n; j++) {
     v[j] = 0;
-    for (PetscInt k = 0; k < m->n; k++) v[j] += m->coefficient[k] * TableValue(&model->fix[m->fix[k]].table, t[j]);
+    for (PetscInt k = 0; k < m->n; k++) {
+      Table plain = model->fix[m->fix[k]].table;
+
+      plain.clock = NULL; /* t is in the tables' own time */
+      v[j] += m->coefficient[k] * TableValue(&plain, t[j]);
+    }
   }
   PetscCall(TableCreate(n, t, v, &entry.table));
+  if (m->n) entry.table.clock = model->fix[m->fix[0]].table.clock;
   PetscCall(PetscFree2(t, v));
   PetscCall(PetscRealloc(sizeof(Motion) * (*n_kept + 1), kept));
   (*kept)[(*n_kept)++] = *m;

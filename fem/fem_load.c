@@ -124,5 +124,5 @@ PetscReal FemFixPosition(const FemFix *fix, PetscReal t)
 
 PetscReal FemFixVelocity(const FemFix *fix, PetscReal t)
 {
-  return fix->motion == FEM_VELOCITY ? TableValue(&fix->table, t) : TableSlope(&fix->table, t);
+  return fix->motion == FEM_VELOCITY ? TableRate(&fix->table, t) : TableSlope(&fix->table, t);
 }
