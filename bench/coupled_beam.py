@@ -23,7 +23,7 @@ def cleave(build, *arguments):
 
 def run(build, out, name, scene, settings):
     where = os.path.join(out, name)
-    if not os.path.exists(os.path.join(where, "summary.json")):
+    if not os.path.exists(os.path.join(where, "processor.json")):
         sets = [word for s in settings for word in ("--set", s)]
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
         cleave(build, "run", scene, "--output", where, "--threads", "1", "--no-plots", *sets)
@@ -63,7 +63,7 @@ def read(where):
     return {
         "cmod": cmod, "force": force, "peak": mean.max(), "work": 1e3 * column["energy.fracture[J]"][-1], "ledger": np.abs(column["ledger_error[-]"]).max(),
         "particles": turning.get("particles_awake") or summary["plan"].get("particles"), "above": turning.get("bonds_above_strength", 0),
-        "processor": processor, "bond steps": turning.get("bond_steps_of_this_call") or summary["plan"]["bonds"] * summary["run"]["steps"],
+        "processor": processor, "bond steps": turning.get("bond_steps_of_this_call") or summary["plan"]["bonds"] * summary["run"]["steps"] * (summary["plan"].get("substeps") or 1),
     }
 
 
