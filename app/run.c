@@ -247,6 +247,22 @@ static PetscErrorCode WarnOfLocking(AppCase *c, AppEnd *end)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A bond that still holds turns with its particles by about opening / distance.  Eq. (4.22) */
+static PetscErrorCode WarnOfSmallCells(AppCase *c, AppEnd *end)
+{
+  PetscReal opening = 0, distance = 0;
+
+  PetscFunctionBegin;
+  if (c->dem) PetscCall(DemModelGetCrackOpening(c->dem, &opening, &distance));
+  if (distance >= 2 * opening) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(BaseFormat(end->warning[end->n_warnings],
+                       "particles are %.3g mm apart, and cracks open by %.3g mm before they let go: bonds may turn right round while they still hold, which stops a run; use particles at least %.3g mm apart, or a smaller fracture energy",
+                       (double)(1e3 * distance), (double)(1e3 * opening), (double)(2e3 * opening)));
+  if (!c->rank) fprintf(stderr, "warning: %s\n", end->warning[end->n_warnings]);
+  end->n_warnings++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A test that asked for its quasi-static quality, and was too fast for it. */
 static PetscErrorCode WarnOfHaste(AppCase *c, AppEnd *end)
 {
@@ -291,6 +307,7 @@ PetscErrorCode AppRun(const AppOptions *options, int *exit_code)
   PetscCall(AppStamp(&c, &stamp, &scene));
   PetscCall(AppRunOptions(&c, options, &plan, &run_options));
   if (!options->quiet) PetscCall(AppPlanPrint(&c, &plan, stdout));
+  PetscCall(WarnOfSmallCells(&c, &end));
   if (!c.is_static && run_options.step == 0) PetscCall(SceneSetDerived(c.scene, "time.step", plan.dt, plan.sets));
   run_options.stamp      = stamp;
   run_options.scene      = scene;

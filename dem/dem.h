@@ -143,6 +143,9 @@ PetscErrorCode DemModelGetGroupMiddle(DemModel model, const char *group, PetscRe
 PetscErrorCode DemModelAddColumns(DemModel model, const char *quantity);
 /* The two of "quality" at the row of largest strain energy so far; -1 without the columns. */
 PetscErrorCode DemModelGetQuality(DemModel model, PetscReal *unbalanced, PetscReal *kinetic);
+/* How far a crack of the cohesive law opens before nearly nothing (2 % of the strength) holds it [m], and the mean distance of particles whose bond
+   may break [m]: cells smaller than two openings turn right round while they still hold. 0, 0 for what cannot break, or breaks by the published law. After set-up. */
+PetscErrorCode DemModelGetCrackOpening(DemModel model, PetscReal *opening, PetscReal *distance);
 
 /* Steps are load steps: equilibrium of the loads and supports at their end, without inertia. Bonded particles that cannot break, without tools and
    contacts, one rank. Before set-up; default false.  Eqs (4.80), (4.81) */

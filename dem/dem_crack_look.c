@@ -252,6 +252,31 @@ PetscErrorCode DemSetUpCracks_Internal(DemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode DemModelGetCrackOpening(DemModel model, PetscReal *opening, PetscReal *distance)
+{
+  const DemBonds    *b = &model->bonds;
+  const DemStrength *s = &model->strength;
+  PetscReal          sum[2] = {0, 0};
+
+  PetscFunctionBegin;
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Call DemModelSetUp() before asking for the opening of a crack");
+  *opening = *distance = 0;
+  if (!model->crack.state || model->net) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < b->n; k++) {
+    PetscReal square = 0;
+
+    if (model->crack.state[k] == DEM_BOND_KEPT) continue;
+    for (PetscInt c = 0; c < model->dim; c++) square += PetscSqr(model->x0[c * model->n + b->q[k]] - model->x0[c * model->n + b->p[k]]);
+    sum[0] += PetscSqrtReal(square);
+    sum[1] += 1;
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, model->comm));
+  if (sum[1] == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  *distance = sum[0] / sum[1];
+  if (s->tensile > 0) *opening = DemSofteningInverse(s, 0.02 * s->tensile);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode DemCracksDestroy_Internal(DemModel model)
 {
   DemCrackState *crack = &model->crack;

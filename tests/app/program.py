@@ -183,6 +183,16 @@ def test_given_step(folder):
         check("the model was built" in text, text)
 
 
+def test_small_cells(folder):
+    """Particles nearer than two last openings of a crack are warned of before the run, and in its summary; others are not."""
+    breaks = DEM.replace("local_damping: 0.1", "local_damping: 0.1, law: cohesive, tensile_strength: 5 MPa, fracture_energy: %g J/m2")
+    for energy, warned in ((5e3, False), (5e4, True)):  # 2 G_f / sigma_t = 2 mm, 20 mm; particles 8.5 mm apart
+        write(folder, "block.yaml", breaks % energy)
+        text = cleave("run", "block.yaml", "--stop-after", "1", cwd=folder)
+        warnings = [word for word in summary(folder, "results", "block")["warnings"] if "turn right round" in word]
+        check(("turn right round" in text) == warned == bool(warnings), energy, text, warnings)
+
+
 def test_counts(folder):
     """One method never constructs the other; check constructs no model."""
     write(folder, "fem.yaml", FEM)
