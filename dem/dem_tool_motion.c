@@ -77,6 +77,11 @@ static PetscErrorCode FromSurface(DemTool *tool, PetscInt dim, PetscReal thickne
     tool->moments[k] = moments[k];
     for (PetscInt d = 0; d < 3; d++) tool->frame[d][k] = a[3 * k + d]; /* column-major: vector k */
   }
+  for (PetscInt d = 0; d < 3; d++) { /* LAPACK's axes may be left-handed; TurnAbout() goes round them as right-handed ones */
+    const PetscInt e = (d + 1) % 3, f = (d + 2) % 3;
+
+    tool->frame[d][2] = tool->frame[e][0] * tool->frame[f][1] - tool->frame[f][0] * tool->frame[e][1];
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
