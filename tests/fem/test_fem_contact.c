@@ -19,7 +19,7 @@ static PetscErrorCode Plane(FemModel model, const char *group, const PetscReal p
 static PetscErrorCode TestBarStrikesWall(void)
 {
   const FemMaterial m         = {2000, 2e9, 0}; /* c = 1000 m/s */
-  const PetscReal   length[3] = {1, 0.05, 0}, v0[3] = {-2, 0, 0}, wall[3] = {0, 0, 0}, normal[3] = {1, 0, 0}, h = 0.05, dt = 5e-5, c = 1000, force = 2000 * c * 2 * 0.05;
+  const PetscReal   length[3] = {1, 0.05, 0}, v0[3] = {-2, 0, 0}, wall[3] = {0, 0, 0}, normal[3] = {1, 0, 0}, dt = 5e-5, c = 1000, force = 2000 * c * 2 * 0.05;
   const PetscInt    n[3]      = {20, 1, 0}, wait = 4;
 
   PetscFunctionBeginUser;
@@ -65,8 +65,8 @@ static PetscErrorCode TestBarStrikesWall(void)
     CheckNear(push, 0, 0);
     CheckNear(ledger.energy[LEDGER_CONTACT], 0, 1e-10 * ledger.initial);
     CheckClose(ledger.energy[LEDGER_KINETIC] + ledger.energy[LEDGER_STRAIN], ledger.initial, 1e-10);
-    CheckBelow(ledger.energy[LEDGER_STRAIN], rotation ? 1e-4 * ledger.initial : 1e-15 * ledger.initial);
-    (void)h;
+    /* half of u.f, f a sum of terms E u that cancel: rounded at each node; u is 2.2 mm at the end */
+    CheckBelow(ledger.energy[LEDGER_STRAIN], rotation ? 1e-4 * ledger.initial : mesh.n_nodes * PETSC_MACHINE_EPSILON * m.young * PetscSqr(2.2e-3));
     PetscCall(PetscFree2(u, v));
     PetscCall(FemModelDestroy(&model));
     PetscCall(MeshDestroy(&mesh));
