@@ -172,7 +172,7 @@ PetscErrorCode DemSave_Internal(void *ctx, Checkpoint c)
     PetscCall(DemSumRanks_Internal(model, 3, reaction));
     PetscCall(CheckpointWriteReal(c, name, 3, reaction));
   }
-  if (model->ranks ? model->ranks->walls : model->walls.n) PetscCall(DemSaveRows_Internal(model, c, "dem/traction", DEM_OF_WALLS, 1, 7, model->traction_new));
+  if (model->ranks ? model->ranks->walls : model->walls.n) PetscCall(DemSaveRows_Internal(model, c, "dem/traction", DEM_OF_WALLS, 1, DEM_TRACTION, model->traction_new));
   PetscCall(DemToolsSave_Internal(model, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -223,7 +223,8 @@ PetscErrorCode DemLoad_Internal(void *ctx, Checkpoint c)
     PetscCall(CheckpointReadReal(c, name, 3, model->face[k].reaction));
     for (PetscInt d = 0; d < 3; d++) model->face[k].reaction[d] *= first ? 1 : 0;
   }
-  if (model->ranks ? model->ranks->walls : model->walls.n) PetscCall(DemLoadRows_Internal(model, c, "dem/traction", DEM_OF_WALLS, 1, 7, model->traction_new));
+  if (model->ranks ? model->ranks->walls : model->walls.n) PetscCall(DemLoadRows_Internal(model, c, "dem/traction", DEM_OF_WALLS, 1, DEM_TRACTION, model->traction_new));
+  for (PetscInt i = 0; i < model->walls.n; i++) model->traction_old[DEM_TRACTION * i + DEM_TRACTION_ENDED] = model->traction_new[DEM_TRACTION * i + DEM_TRACTION_ENDED];
   PetscCall(DemToolsLoad_Internal(model, c));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

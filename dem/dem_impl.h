@@ -90,6 +90,8 @@ typedef struct {
 
 typedef enum { DEM_WITH_LOADS = 1, DEM_WITH_FAILURE = 2, DEM_TRY_FAILURE = 4 /* forces as damage would have them, but nothing has happened */ } DemForceFlags;
 
+#define DEM_TRACTION       8    /* numbers kept of a loaded facet */
+#define DEM_TRACTION_ENDED 7    /* the last of them.  Eq. (4.88) */
 #define DEM_STRESS_EVERY  10   /* steps between looks at the principal stress of intact bonds */
 #define DEM_STRESS_WAKE   0.4  /* a bond is watched once its stress passes this fraction of a strength */
 #define DEM_SMALLEST_COSINE 0.2 /* facets whose normal is further from the opening direction do not fail in tension */
@@ -212,7 +214,7 @@ struct _p_DemModel {
   DemWalls  walls;
   PetscInt  n_surface;
   PetscInt *surface;     /* [n_surface] particles that can meet a tool: cells on the boundary, or all when unbonded */
-  PetscReal *traction_old, *traction_new; /* [walls][7] */
+  PetscReal *traction_old, *traction_new; /* [walls][DEM_TRACTION]: motion of the centroid, force, dilation per 2 G, and 1 once its pressure has ended */
   PetscReal *block_sum;  /* [n_blocks] partial sums, added in block order */
 
   PetscInt n_faces;
@@ -326,6 +328,7 @@ PetscErrorCode DemWatch_Internal(void *ctx, RunWatch look, char fault[BASE_LINE]
 
 /* dem_walls.c */
 void      DemFacesSetTime_Internal(DemModel model, PetscReal t);
+PetscErrorCode DemPressureLook_Internal(DemModel model); /* between steps, collective */
 void      DemWallsSum_Internal(DemModel model, PetscInt p, PetscReal *sum);
 void      DemWallsForce_Internal(DemModel model, PetscInt p, PetscReal dilation, PetscReal f[DEM_FORCE_ALL]);
 PetscReal DemWallsEnergy_Internal(DemModel model);

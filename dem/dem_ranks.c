@@ -318,8 +318,8 @@ static PetscErrorCode CutWalls(DemModel model, const Part *part)
   PetscCall(PetscFree4(old.rim, old.rim_x, old.rim_u, old.rim_f));
   PetscCall(PetscFree(model->traction_old));
   PetscCall(PetscFree(model->traction_new));
-  PetscCall(PetscCalloc1(7 * m, &model->traction_old));
-  PetscCall(PetscCalloc1(7 * m, &model->traction_new));
+  PetscCall(PetscCalloc1(DEM_TRACTION * m, &model->traction_old));
+  PetscCall(PetscCalloc1(DEM_TRACTION * m, &model->traction_new));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -323,8 +323,8 @@ PetscErrorCode DemSetUpWalls_Internal(DemModel model)
   w->n = m;
   PetscCall(PetscMalloc7(n + 1, &w->start, m, &w->face, m, &w->kind, m, &w->area, m, &w->h, 3 * m, &w->arm, 3 * m, &w->normal));
   PetscCall(PetscMalloc1(m, &w->owner));
-  PetscCall(PetscCalloc1(7 * m, &model->traction_old)); /* apart: the step swaps them */
-  PetscCall(PetscCalloc1(7 * m, &model->traction_new));
+  PetscCall(PetscCalloc1(DEM_TRACTION * m, &model->traction_old)); /* apart: the step swaps them */
+  PetscCall(PetscCalloc1(DEM_TRACTION * m, &model->traction_new));
   PetscCall(PetscArraycpy(w->start, fill, n + 1));
   for (PetscInt k = 0; k < cells->n_walls; k++) {
     const PetscInt p = model->rank_of[cells->wall_p[k]];

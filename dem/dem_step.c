@@ -72,6 +72,7 @@ PetscErrorCode DemModelAdvance(DemModel model, PetscReal t, PetscReal dt)
   const PetscReal  kick = model->started ? dt : 0.5 * dt; /* velocities start at t = 0, and move to the first half step */
 
   PetscFunctionBegin;
+  PetscCall(DemPressureLook_Internal(model));
   if (model->walls.n) {
     PetscReal *swap = model->traction_old;
 

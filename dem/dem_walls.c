@@ -38,11 +38,13 @@ static void FacetState(DemModel model, PetscInt p, PetscInt i, Facet *facet)
     facet->value[d]  = 0;
   }
   if (w->kind[i] == DEM_WALL_TRACTION) {
+    const PetscBool ended = (PetscBool)(model->traction_new[DEM_TRACTION * i + DEM_TRACTION_ENDED] > 0);
+
     if (face->pressed) { /* follows the facet */
       DemTurn(dim, n, p, model->rot, &w->normal[3 * i], turn);
       for (PetscInt d = 0; d < dim; d++) facet->normal[d] += turn[d];
     }
-    for (PetscInt d = 0; d < dim; d++) facet->value[d] = face->stress[d] - face->push * facet->normal[d];
+    for (PetscInt d = 0; d < dim; d++) facet->value[d] = face->stress[d] - (ended ? 0 : face->push) * facet->normal[d];
   } else if (w->kind[i] == DEM_WALL_RIM) {
     for (PetscInt d = 0; d < dim; d++) facet->value[d] = w->rim_u[3 * w->rim[i] + d] - model->u[d * n + p] - turn[d];
   } else if (w->kind[i] == DEM_WALL_GLUED) {
@@ -160,7 +162,7 @@ PetscReal DemTractionWork_Internal(DemModel model, const PetscReal *before, Pets
 
   for (PetscInt i = 0; i < w->n; i++) {
     const PetscInt p = w->owner[i];
-    PetscReal     *s = now + 7 * i, turn[3]; /* motion of the centroid, force, dilation per 2 G */
+    PetscReal     *s = now + DEM_TRACTION * i, turn[3]; /* motion of the centroid, force, dilation per 2 G */
     Facet          facet;
 
     if (w->kind[i] != DEM_WALL_TRACTION) continue;
@@ -172,7 +174,7 @@ PetscReal DemTractionWork_Internal(DemModel model, const PetscReal *before, Pets
     }
     s[6] = model->lambda * model->dilation[p] / (2 * model->g_shear);
     if (before) { /* of the force, and of its change on the condensed facet */
-      const PetscReal *o = before + 7 * i;
+      const PetscReal *o = before + DEM_TRACTION * i;
 
       for (PetscInt d = 0; d < 3; d++) work += 0.5 * (s[3 + d] + o[3 + d]) * (s[d] - o[d]) + 0.5 * (s[6] + o[6]) * (s[3 + d] - o[3 + d]) * facet.arm[d];
     }
