@@ -1,27 +1,27 @@
-"""Rock cut at several depths, speeds and sizes: python3 bench/cutting_sweep.py BUILD OUT [depths | speeds | sizes ...]
+"""Rock cut at several depths, speeds and sizes: python3 bench/cutting_sweep.py BUILD OUT [depths | speeds | sizes ...] [--way MM] [--depths MM ...] [--seeds N]
 
-The block of examples/rock_cutting, WAY of the pick from the first touch. depths: 2, 3.5 and 5 mm with elements and with particles alone, the same packings, three of
+The block of examples/rock_cutting, `way` (10 mm) of the pick from the first touch. depths: 2, 3.5 and 5 mm with elements and with particles alone, the same packings, three of
 them; speeds: 1, 2 and 4 m/s at 5 mm; sizes: block, pick and particles smaller by 1, 3 and 10 (way too), the rock's fracture energies as they are: what a
-shallow cut costs with as many particles in its depth. Specific energy is over the volume the pick sweeps; beside it over the compressive strength of the
+shallow cut costs with as many particles in its depth. First blow: the largest force in the first 0.3 mm of way. Specific energy is over the volume the pick sweeps; beside it over the compressive strength of the
 Mohr-Coulomb material, 2c(sqrt(1 + mu^2) + mu); processor seconds are of the whole run on one thread. Writes OUT/cutting_sweep.csv and .md; runs that are there are not run again.
 """
-import csv, json, math, os, re, resource, subprocess, sys
+import argparse, csv, json, math, os, re, resource, subprocess, sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENES = os.path.join(HERE, "..", "examples", "rock_cutting")
 sys.path.insert(0, SCENES)
 from read_off import cut
 
-WAY = 10e-3  # of the pick, block of full size [m]
 GAP = 0.2e-3  # between pick and block [m]
+BLOW = 0.3e-3  # of the pick's way from the first touch, block of full size: before the first piece is thrown off [m]
 UCS = 2 * 8e6 * (math.hypot(1, 0.9) + 0.9)
-COLUMNS = "series", "body", "depth[mm]", "speed[m/s]", "seed", "particles", "mean[N/m]", "peak[N/m]", "specific energy[MPa]", "over UCS", "ledger_error", "processor[s]"
+COLUMNS = "series", "body", "depth[mm]", "speed[m/s]", "seed", "particles", "mean[N/m]", "first blow[N/m]", "peak[N/m]", "specific energy[MPa]", "over UCS", "ledger_error", "processor[s]"
 
 
-def cases(wanted):
+def cases(wanted, depths, seeds):
     if "depths" in wanted:
-        for seed in (1, 2, 3):
-            for depth in (2, 3.5, 5):
+        for seed in range(1, seeds + 1):
+            for depth in depths:
                 for body in ("scene", "particles"):
                     yield "depths", body, depth, 2, seed, 1
     if "speeds" in wanted:
@@ -32,11 +32,11 @@ def cases(wanted):
             yield "sizes", "scene", 5, 2, 1, size
 
 
-def run(build, out, body, depth, speed, seed, size):
+def run(build, out, way, body, depth, speed, seed, size):
     where = os.path.join(out, f"{body}_{depth:g}_{speed:g}_{seed}_{size}")
     os.makedirs(where, exist_ok=True)
     ramp = 0.2e-3 / size  # in which the pick gains its speed [s]
-    end = (WAY + GAP) / size / speed + 0.5 * ramp
+    end = (way + GAP) / size / speed + 0.5 * ramp
     with open(os.path.join(SCENES, "pick.geo")) as text:
         pick = text.read().replace("D = 5;", f"D = {depth:g};")
     with open(os.path.join(where, "pick.geo"), "w") as text:
@@ -69,15 +69,25 @@ def run(build, out, body, depth, speed, seed, size):
         table = list(csv.reader(lines))
     k = table[0].index("ledger_error[-]")
     r = cut(os.path.join(where, "run"), 1, 1e-3 * depth / size)
-    return [summary["plan"]["particles"], r["mean"], r["peak"], 1e-6 * r["specific"], r["specific"] / UCS, max(abs(float(row[k])) for row in table[1:]), processor]
+    column = {name: [float(row[i]) for row in table[1:]] for i, name in enumerate(table[0])}
+    first = max(-f for t, f in zip(column["time[s]"], column["force(pick).x[N]"]) if t < r["touch"] + BLOW / size / speed)
+    return [summary["plan"]["particles"], r["mean"], first, r["peak"], 1e-6 * r["specific"], r["specific"] / UCS, max(abs(float(row[k])) for row in table[1:]), processor]
 
 
 def main():
-    build, out = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+    words = argparse.ArgumentParser()
+    words.add_argument("build")
+    words.add_argument("out")
+    words.add_argument("series", nargs="*", default=["depths", "speeds", "sizes"])
+    words.add_argument("--way", type=float, default=10, help="[mm]")
+    words.add_argument("--depths", type=float, nargs="*", default=[2, 3.5, 5], help="[mm]")
+    words.add_argument("--seeds", type=int, default=3)
+    words = words.parse_args()
+    build, out = os.path.abspath(words.build), os.path.abspath(words.out)
     os.makedirs(out, exist_ok=True)
     rows = []
-    for series, body, depth, speed, seed, size in cases(sys.argv[3:] or ("depths", "speeds", "sizes")):
-        rows.append([series, {"scene": "elements too", "particles": "particles"}[body], depth / size, speed, seed, *run(build, out, body, depth, speed, seed, size)])
+    for series, body, depth, speed, seed, size in cases(words.series, words.depths, words.seeds):
+        rows.append([series, {"scene": "elements too", "particles": "particles"}[body], depth / size, speed, seed, *run(build, out, 1e-3 * words.way, body, depth, speed, seed, size)])
         print("  ".join(f"{x:.4g}" if isinstance(x, float) else str(x) for x in rows[-1]), flush=True)
     with open(os.path.join(out, "cutting_sweep.csv"), "w", newline="") as text:
         csv.writer(text).writerows([COLUMNS, *rows])
