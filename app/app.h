@@ -215,6 +215,7 @@ typedef struct {
   PetscReal bytes;       /* memory */
   PetscReal dt, critical; /* [s]; critical 0 when not computed, dt 0 for static */
   PetscReal steps, seconds;
+  PetscReal rounds, breaking; /* of load steps in which bonds may break: rounds and seconds [s] that one crack through the narrowest section takes on top; 0 elsewhere */
   PetscInt  threads;
   PetscInt  substeps; /* particle steps in one step; 1 unless coupled, and in an estimate */
 } AppPlan;

@@ -67,6 +67,7 @@ static PetscErrorCode ReadStrength(AppCase *c, AppPart *part)
   if (!part->cohesive) PetscFunctionReturn(PETSC_SUCCESS);
   Path(path, "materials.%s.law", part->material);
   if (c->method == APP_FEM) PetscCall(SceneFail(c->scene, path, "finite elements do not break; use method: dem or coupled for the body '%s'", part->name));
+  if (c->is_static) PetscCall(SceneGetReal(c->scene, "time.teeth", &s->teeth));
   PetscCall(GetGiven(c->scene, &s->tensile, "materials.%s.tensile_strength", part->material));
   PetscCall(GetGiven(c->scene, &s->fracture_energy, "materials.%s.fracture_energy", part->material));
   PetscCall(GetGiven(c->scene, &s->shear, "materials.%s.shear_strength", part->material));

@@ -91,7 +91,7 @@ PetscErrorCode AppMeasure(AppCase *c, const AppOptions *options, const AppPlan *
   for (PetscInt k = 0; k < c->clock.n; k++) total += c->clock.seconds[k];
   if (!c->rank) {
     fprintf(out, "  measured  %.2g s of set-up, %.3g ms a step over %d steps, %.2g s a frame\n", (double)set_up, (double)(1e3 * per_step), (int)run.steps_here, (double)frame);
-    fprintf(out, "  takes     about %.3g s for %.0f steps and %.0f frames%s\n", (double)total, (double)steps, (double)frames, c->turning ? "; elements that turn make it longer" : c->governed ? " at pace 1 of the governed load" : "");
+    fprintf(out, "  takes     about %.3g s for %.0f steps and %.0f frames%s\n", (double)total, (double)steps, (double)frames, c->turning ? "; elements that turn make it longer" : c->governed ? " at pace 1 of the governed load" : plan->rounds > 0 ? "; what breaks comes on top, see above" : "");
   }
   PetscCall(RunSummaryDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);

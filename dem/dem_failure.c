@@ -82,19 +82,21 @@ PetscReal DemSofteningInverse(const DemStrength *s, PetscReal t)
 
 DemTooth DemToothOf(const DemStrength *curve, PetscReal k, PetscReal s, PetscReal D)
 {
-  const PetscReal st = curve->tensile, band = D > 0 ? DEM_TOOTH_WAIT : DEM_TOOTH_FIRST;
-  DemTooth        tooth = {.damage = D, .margin = (1 - D) * s / st - 1 - band};
-  PetscReal       t, now, before, w;
+  const PetscReal st = curve->tensile, teeth = curve->teeth > 0 ? curve->teeth : 1;
+  DemTooth        tooth = {.damage = D, .margin = (1 - D) * s / st - 1 - DEM_TOOTH_FIRST};
+  PetscReal       t, now, before, w, fine, band;
 
   if (D >= 1) tooth.margin = -1;
   if (s <= st || D >= 1) return tooth;
   t            = DemSofteningStress(curve, DemSofteningOpening(curve, k, s));
+  fine         = PetscMin(1, teeth + DEM_TOOTH_GROWS * (1 - t / st));
+  band         = D > 0 ? fine * DEM_TOOTH_WAIT : DEM_TOOTH_FIRST;
   tooth.margin = ((1 - D) * s - t * (1 + band)) / st;
   if (tooth.margin <= 0) return tooth;
   tooth.beyond = (1 - D) * s / PetscMax(t, DEM_TOOTH_LAST * st);
   w            = DemSofteningAt(curve, k, D);
   before       = DemSofteningStress(curve, w) + k * w;
-  tooth.damage = PetscMax(D, 1 - (1 - DEM_TOOTH_CUT) * t / s);
+  tooth.damage = PetscMax(D, 1 - (1 - fine * DEM_TOOTH_CUT) * t / s);
   w            = DemSofteningAt(curve, k, tooth.damage);
   t            = DemSofteningStress(curve, w);
   now          = t + k * w;

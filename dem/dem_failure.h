@@ -21,6 +21,7 @@ typedef struct {
   PetscReal    mu_static;       /* [-] raises the shear strength under compression */
   PetscReal    mu_dynamic;      /* [-] of broken, closed facets */
   PetscBool    nonlocal;        /* onset by the mean stress of the two particles: in shear, and under the published law in tension too */
+  PetscReal    teeth;           /* [-] of load steps, near the strength, over the largest; 0 = 1.  Eq. (4.84) */
   /* Published law (rules other than `exact`) */
   PetscBool    published;
   PetscReal    delta_n, delta_s;    /* [-] (end - limit) / limit of elongation, of slide; 0 = from fracture_energy, shear_energy */
@@ -39,6 +40,7 @@ PetscReal DemSofteningOpening(const DemStrength *strength, PetscReal k, PetscRea
 #define DEM_TOOTH_FIRST 0.002 /* beyond the strength, of the first tooth: what lifts a peak; */
 #define DEM_TOOTH_WAIT  0.02  /* beyond the curve, of every other */
 #define DEM_TOOTH_CUT   0.03  /* below what the curve carries */
+#define DEM_TOOTH_GROWS 2.5   /* both begin at curve->teeth of that, and are whole where the curve has fallen by (1 - teeth)/2.5 of the strength: which way a crack goes is settled before */
 #define DEM_TOOTH_LAST  0.02  /* of the strength: no further tooth */
 typedef struct {
   PetscReal damage; /* after the tooth, or D */

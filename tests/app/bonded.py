@@ -169,6 +169,9 @@ output: {fields: {every: 0.5 s, names: [damage, fragment]}, history: {every: 0.0
 """
     with open(os.path.join(folder, "torn.yaml"), "w") as file:
         file.write(torn)
+    said = cleave("check", "torn.yaml", folder=folder)
+    rounds = [line for line in said.splitlines() if line.startswith("  breaking")]
+    check(len(rounds) == 1 and "not counted" in rounds[0] and abs(float(rounds[0].split("about ")[1].split()[0]) / 2000 - 1) < 0.05, "what breaks is told apart in the plan:", said)  # 10 particles in a section, 200 rounds each
     cleave("run", "torn.yaml", "--output", "torn", "--threads", "1", folder=folder)
     rows, cracks = table(folder, "torn", "history.csv"), table(folder, "torn", "cracks.csv")
     peak = rows["reaction(xmax).x"].max() / (4e6 * 0.02)

@@ -188,20 +188,28 @@ static PetscErrorCode TestBars(void)
 }
 CHECK_TEST(TestBars)
 
-/* A bar with a cut to 0.3 of its width bends open as it tears: the load as in time; the energy of scattered facets depends on which of them went first. */
+/* A bar with a cut to 0.3 of its width bends open as it tears: the load and the energy as in time, where the teeth are fine enough that the crack takes the same way (whole ones take another one here, of 3 % less energy). */
 static PetscErrorCode TestNotch(void)
 {
-  Bar  b = {.dim = 2, .steps = 64, .transits = 500, .h = 2e-3, .L = 0.06, .end = 0.12e-3, .notch = 0.3, .seed = 2, .strength = concrete};
-  Tear tear, slow;
+  PetscInt seeds = 2, first = 2;
+  Bar      b     = {.dim = 2, .steps = 64, .transits = 500, .h = 2e-3, .L = 0.06, .end = 0.12e-3, .notch = 0.3, .strength = concrete};
+  Tear     tear, slow;
 
   PetscFunctionBeginUser;
+  b.strength.teeth = 0.25;
   PetscCall(PetscOptionsGetReal(NULL, NULL, "-notch_transits", &b.transits, NULL));
-  PetscCall(TearBar(&b, &tear));
-  b.steps = 0;
-  PetscCall(TearBar(&b, &slow));
-  CheckNear(tear.peak / slow.peak, 1, 0.01);
-  CheckNear(tear.energy / slow.energy, 1, 0.05);
-  CheckBelow(tear.ledger, 0.002);
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-notch_teeth", &b.strength.teeth, NULL));
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-notch_first", &first, NULL));
+  PetscCall(PetscOptionsGetInt(NULL, NULL, "-notch_last", &seeds, NULL));
+  for (b.seed = (uint64_t)first; b.seed <= (uint64_t)seeds; b.seed++) {
+    b.steps = 64;
+    PetscCall(TearBar(&b, &tear));
+    b.steps = 0;
+    PetscCall(TearBar(&b, &slow));
+    CheckNear(tear.peak / slow.peak, 1, 0.01);
+    CheckNear(tear.energy / slow.energy, 1, 0.02);
+    CheckBelow(tear.ledger, 0.002);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 CHECK_TEST(TestNotch)
