@@ -25,7 +25,7 @@ struct _p_RunGovern {
 
 void RunGovernClock(const RunGovernOptions *o, TableClock *clock)
 {
-  const PetscReal pace = PetscMax(o->slowest, PetscMin(1, o->fastest));
+  const PetscReal pace = o->slowest; /* what is quiet soon hurries; what began too fast has its waves for long */
 
   for (PetscInt k = 0; k < 4; k++) {
     clock->at[k]   = k - 1.;
