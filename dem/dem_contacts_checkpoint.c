@@ -134,7 +134,9 @@ static PetscErrorCode LoadPairs(DemModel model, Checkpoint f, PetscInt n)
     PetscCall(PetscSortRemoveDupsInt(&ghosts, ghost));
     PetscCall(DemContactGhosts_Internal(model, ghosts, ghost));
   }
-  PetscCall(DemContactsRoom_Internal(model, n));
+  for (PetscInt k = 0; k < n; k++) kept += !r || DemOwnOf(r, p[k]) >= 0 || DemOwnOf(r, q[k]) >= 0;
+  PetscCall(DemContactsRoom_Internal(model, kept));
+  kept = 0;
   for (PetscInt k = 0; k < n; k++) {
     PetscInt end[2] = {p[k], q[k]};
 

@@ -161,19 +161,17 @@ PetscErrorCode DemSetUpContactRoom_Internal(DemModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode DemContactsDestroy_Internal(DemModel model)
+/* What DemSetUpContactRoom_Internal() and searches made. */
+PetscErrorCode DemContactsRoomDestroy_Internal(DemModel model)
 {
   DemContacts *c = &model->contacts;
 
   PetscFunctionBegin;
-  PetscCall(PetscFree(c->table));
-  PetscCall(PetscFree(c->kind));
   PetscCall(PetscFree2(c->who, c->ref));
   PetscCall(PetscFree6(c->pair, c->halo_start, c->slot_start, c->sum, c->first, c->last));
   PetscCall(PetscFree2(c->halo_p, c->slot));
   PetscCall(PetscFree(c->slot_f));
   PetscCall(PetscFree(c->gone));
-  PetscCall(PetscFree(c->fresh));
   PetscCall(PetscFree(c->p));
   PetscCall(PetscFree(c->q));
   PetscCall(PetscFree(c->ip));
@@ -184,10 +182,23 @@ PetscErrorCode DemContactsDestroy_Internal(DemModel model)
   PetscCall(PetscFree(c->met));
   PetscCall(PetscFree(c->ghost_id));
   PetscCall(DemHaloDestroy_Internal(&c->halo));
-  if (c->record) PetscCallMPI(MPI_Type_free(&c->record));
   if (c->scratch)
     for (PetscInt t = 0; t < model->threads; t++) PetscCall(PetscFree(c->scratch[t]));
   PetscCall(PetscFree(c->scratch));
+  c->m = c->room = c->ghosts = c->n_blocks = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode DemContactsDestroy_Internal(DemModel model)
+{
+  DemContacts *c = &model->contacts;
+
+  PetscFunctionBegin;
+  PetscCall(DemContactsRoomDestroy_Internal(model));
+  PetscCall(PetscFree(c->table));
+  PetscCall(PetscFree(c->kind));
+  PetscCall(PetscFree(c->fresh));
+  if (c->record) PetscCallMPI(MPI_Type_free(&c->record));
   PetscCall(PetscFree(model->grain_kind));
   PetscCall(PetscFree(model->grain_of));
   PetscCall(PetscFree(model->grain_velocity));

@@ -183,6 +183,7 @@ struct _p_DemModel {
 
   PetscInt   n;   /* particles here, and length of a row of the arrays below */
   PetscInt   own; /* the first of them, which move here; n on one rank */
+  PetscInt   rebalance; /* steps between looks at how ranks share the work, 0: none */
   DemRanks   ranks; /* NULL on one rank, and during set-up */
   PetscInt  *rank_of, *at; /* [n] internal number of a packing's particle; packing's number of an internal one */
 
@@ -260,9 +261,24 @@ static inline PetscReal *DemCopyAt(PetscReal *copy, PetscInt i)
 /* dem_ranks.c: at the end of set-up every rank keeps its part and drops the rest */
 PetscErrorCode DemSpread_Internal(DemModel model);
 PetscErrorCode DemRanksDestroy_Internal(DemModel model);
-PetscErrorCode DemReshape_Internal(DemModel model, PetscInt stride, PetscInt count, const PetscInt take[]); /* particle arrays: rows of `stride`, the first `count` from take[] */
-/* dem_ranks_partition.c: owner of each unit of `unit` particles [ceil(n / unit)], the same on all ranks */
-PetscErrorCode DemPartition_Internal(DemModel model, PetscInt unit, PetscMPIInt owner[]);
+PetscErrorCode DemOwners_Internal(DemModel model, const PetscMPIInt owner[], PetscMPIInt unit_owner[], PetscInt unit_start[]); /* of each unit: where its particles stand among their owner's */
+PetscErrorCode DemPartBlocks_Internal(DemModel model, const PetscInt first[], const PetscMPIInt unit_owner[], DemPart *part); /* once part->bond is known */
+PetscErrorCode DemPartGhosts_Internal(DemModel model, PetscInt n, const PetscInt id[], DemPart *part); /* own particles are known; others' among id[] become ghosts */
+PetscErrorCode DemPartDestroy_Internal(DemPart *part);
+/* dem_ranks_cut.c: arrays keep the part's rows; particles in them are by their numbers on one rank before, by those here after */
+PetscErrorCode DemCut_Internal(DemModel model, DemPart *part);
+/* dem_ranks_carry.c */
+PetscErrorCode DemCarryInto_Internal(const DemCarry *c, size_t row, const void *from, void *to); /* collective with sf, as the next two */
+PetscErrorCode DemCarryRows_Internal(const DemCarry *c, size_t row, void *array);               /* new array of the wanted rows in place of the one that *array points to; none stays none */
+PetscErrorCode DemCarryColumns_Internal(const DemCarry *c, PetscInt columns, PetscInt old, PetscInt stride, const PetscReal *from, PetscReal *to); /* of length `old` into `stride` */
+/* of so many rows here row[k], known everywhere as key[k], goes to ranks to[2k] and to[2k + 1] (-1: none); caller frees the keys that come, ascending, and c->sf */
+PetscErrorCode DemCarryPush_Internal(MPI_Comm comm, PetscInt rows, PetscInt pushed, const PetscInt row[], const PetscInt key[], const PetscMPIInt to[], PetscInt **keys, DemCarry *c);
+/* dem_ranks_migrate.c: between two steps */
+PetscErrorCode DemMigrate_Internal(DemModel model, const PetscMPIInt owner[]); /* [units] */
+PetscErrorCode DemLookAtShares_Internal(DemModel model);
+/* dem_ranks_partition.c: owner of each unit of `unit` particles [ceil(n / unit)], the same on all ranks; load of the busiest over the mean.
+   was [units]: owners now, of a body that is shared out; *now: the same of them */
+PetscErrorCode DemPartition_Internal(DemModel model, PetscInt unit, const PetscMPIInt was[], PetscMPIInt owner[], PetscReal *load, PetscReal *now);
 /* dem_ranks_halo.c */
 PetscErrorCode DemHaloSetUp_Internal(DemModel model, PetscInt n, const PetscInt id[], DemHalo *halo); /* of copies with these numbers; collective. What was there goes */
 PetscErrorCode DemHaloDestroy_Internal(DemHalo *halo);
@@ -394,6 +410,7 @@ PetscErrorCode DemToolsLoad_Internal(DemModel model, Checkpoint checkpoint);
 /* dem_contacts.c: search; dem_contacts_force.c: forces, added to f and torque; dt [s] since the last evaluation */
 PetscErrorCode DemSetUpContacts_Internal(DemModel model);     /* of the whole body: laws, skin */
 PetscErrorCode DemSetUpContactRoom_Internal(DemModel model);  /* of what is here */
+PetscErrorCode DemContactsRoomDestroy_Internal(DemModel model);
 PetscErrorCode DemContactsDestroy_Internal(DemModel model);
 PetscErrorCode DemContactsSearch_Internal(DemModel model);
 PetscErrorCode DemContactsBlocks_Internal(DemModel model);

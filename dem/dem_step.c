@@ -67,12 +67,14 @@ static void Turn2(PetscInt n, PetscInt first, PetscInt last, PetscReal dt, const
 
 PetscErrorCode DemModelAdvance(DemModel model, PetscReal t, PetscReal dt)
 {
-  const PetscInt   n = model->n;
   const DemBlocks *blocks = &model->blocks;
   const PetscReal  kick = model->started ? dt : 0.5 * dt; /* velocities start at t = 0, and move to the first half step */
+  PetscInt         n;
 
   PetscFunctionBegin;
+  if (model->ranks) PetscCall(DemLookAtShares_Internal(model));
   PetscCall(DemPressureLook_Internal(model));
+  n = model->n;
   if (model->walls.n) {
     PetscReal *swap = model->traction_old;
 

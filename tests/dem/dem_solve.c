@@ -274,6 +274,25 @@ PetscErrorCode TestSteps(DemModel model, PetscReal safety, PetscInt from, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode TestStepsMigrating(DemModel model, PetscReal safety, PetscInt from, PetscInt to, PetscInt every)
+{
+  DemSharing  sharing;
+  PetscInt    pieces;
+  PetscMPIInt size, *owner;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  PetscCall(DemModelGetSharing(model, &pieces, &sharing));
+  PetscCall(PetscMalloc1(pieces, &owner));
+  for (PetscInt k = from; k < to; k += every) {
+    for (PetscInt u = 0; u < pieces; u++) owner[u] = (PetscMPIInt)((u + k / every) % size);
+    PetscCall(TestSteps(model, safety, k, PetscMin(k + every, to)));
+    PetscCall(DemModelMigrate(model, k / every % 3 == 2 ? NULL : owner));
+  }
+  PetscCall(PetscFree(owner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode TestSameEnergies(DemModel part, DemModel whole, Ledger *of_part, Ledger *of_whole)
 {
   Stepper   a, b;

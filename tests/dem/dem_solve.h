@@ -31,5 +31,7 @@ PetscErrorCode TestRemoveRigid(DemModel model, PetscReal *x);
 PetscErrorCode TestSameState(DemModel part, DemModel whole);
 /* Steps from .. to of safety x critical. */
 PetscErrorCode TestSteps(DemModel model, PetscReal safety, PetscInt from, PetscInt to);
+/* The same; every so many steps the body is shared out among the ranks anew, piece after piece to the next rank, with another first one each time. */
+PetscErrorCode TestStepsMigrating(DemModel model, PetscReal safety, PetscInt from, PetscInt to, PetscInt every);
 /* The energies of both, sums in another order: to 1e-12 of the largest. Returns both ledgers. */
 PetscErrorCode TestSameEnergies(DemModel part, DemModel whole, Ledger *of_part, Ledger *of_whole);

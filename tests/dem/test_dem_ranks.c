@@ -15,6 +15,7 @@ typedef struct {
   PetscInt dim, steps;
   Case     what;
   PetscBool groups; /* two that only touch */
+  PetscInt  migrate; /* steps after which owners change, 0: never */
 } Setting;
 
 static PetscErrorCode Body(PetscInt dim, TestBody *body)
@@ -162,7 +163,8 @@ static PetscErrorCode Compare(const Setting *s)
   PetscCall(Model(PETSC_COMM_WORLD, &body, s, 1, &part));
   PetscCall(Model(PETSC_COMM_SELF, &body, s, 1, &whole));
   PetscCall(TestSameState(part, whole));
-  PetscCall(TestSteps(part, SAFETY, 0, s->steps));
+  if (s->migrate) PetscCall(TestStepsMigrating(part, SAFETY, 0, s->steps, s->migrate));
+  else PetscCall(TestSteps(part, SAFETY, 0, s->steps));
   PetscCall(TestSteps(whole, SAFETY, 0, s->steps));
   PetscCall(TestSameState(part, whole));
   PetscCall(SameSums(part, whole));
@@ -205,6 +207,18 @@ static PetscErrorCode TestPublished(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 CHECK_TEST(TestPublished)
+
+/* Owners change again and again while cracks run. */
+static PetscErrorCode TestMigrating(void)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Compare(&(Setting){.dim = 2, .steps = 300, .what = COHESIVE, .groups = PETSC_TRUE, .migrate = 7}));
+  PetscCall(Compare(&(Setting){.dim = 3, .steps = 120, .what = NONLOCAL, .migrate = 11}));
+  PetscCall(Compare(&(Setting){.dim = 2, .steps = 100, .what = ELASTIC, .migrate = 20}));
+  PetscCall(Compare(&(Setting){.dim = 3, .steps = 120, .what = POISSON, .migrate = 30}));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestMigrating)
 
 /* A rank holds its own part and a thin layer of others', not the body. */
 static PetscErrorCode TestShare(void)
@@ -493,5 +507,5 @@ static PetscErrorCode TestTooFew(void)
 }
 CHECK_TEST(TestTooFew)
 
-static const struct CMUnitTest tests[] = {TEST(TestElastic), TEST(TestBreaking), TEST(TestPublished), TEST(TestShare), TEST(TestRestart), TEST(TestThreadsAndFragments), TEST(TestTools), TEST(TestWatch), TEST(TestTooFew)};
+static const struct CMUnitTest tests[] = {TEST(TestElastic), TEST(TestBreaking), TEST(TestPublished), TEST(TestMigrating), TEST(TestShare), TEST(TestRestart), TEST(TestThreadsAndFragments), TEST(TestTools), TEST(TestWatch), TEST(TestTooFew)};
 CHECK_MAIN(tests)

@@ -160,7 +160,7 @@ static PetscErrorCode Between(DemModel model, PetscInt *between)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Compare(const Setting *s, PetscInt threads)
+static PetscErrorCode Compare(const Setting *s, PetscInt threads, PetscInt migrate)
 {
   TestBody         body;
   DemModel         part, whole;
@@ -171,7 +171,8 @@ static PetscErrorCode Compare(const Setting *s, PetscInt threads)
   PetscCall(Body(s, &body));
   PetscCall(Model(PETSC_COMM_WORLD, &body, s, threads, &part));
   PetscCall(Model(PETSC_COMM_SELF, &body, s, 1, &whole));
-  PetscCall(TestSteps(part, SAFETY, 0, s->steps));
+  if (migrate) PetscCall(TestStepsMigrating(part, SAFETY, 0, s->steps, migrate));
+  else PetscCall(TestSteps(part, SAFETY, 0, s->steps));
   PetscCall(TestSteps(whole, SAFETY, 0, s->steps));
   PetscCall(TestSameState(part, whole));
   PetscCall(SameSums(part, whole));
@@ -197,12 +198,12 @@ static PetscErrorCode Compare(const Setting *s, PetscInt threads)
 static PetscErrorCode TestGrains(void)
 {
   PetscFunctionBeginUser;
-  PetscCall(Compare(&(Setting){FALLING, 2, 700, 3}, 1));
-  PetscCall(Compare(&(Setting){FALLING, 3, 250, 3}, 1));
-  PetscCall(Compare(&(Setting){KINDS, 2, 700, 3}, 2));
-  PetscCall(Compare(&(Setting){GAS, 2, 700, 1}, 1));
-  PetscCall(Compare(&(Setting){GAS, 3, 250, 3}, 2));
-  PetscCall(Compare(&(Setting){LEAVING, 2, 500, 0}, 1));
+  PetscCall(Compare(&(Setting){FALLING, 2, 700, 3}, 1, 0));
+  PetscCall(Compare(&(Setting){FALLING, 3, 250, 3}, 1, 0));
+  PetscCall(Compare(&(Setting){KINDS, 2, 700, 3}, 2, 0));
+  PetscCall(Compare(&(Setting){GAS, 2, 700, 1}, 1, 0));
+  PetscCall(Compare(&(Setting){GAS, 3, 250, 3}, 2, 0));
+  PetscCall(Compare(&(Setting){LEAVING, 2, 500, 0}, 1, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 CHECK_TEST(TestGrains)
@@ -211,12 +212,25 @@ CHECK_TEST(TestGrains)
 static PetscErrorCode TestPieces(void)
 {
   PetscFunctionBeginUser;
-  PetscCall(Compare(&(Setting){TORN, 2, 560, 1}, 1));
-  PetscCall(Compare(&(Setting){TORN, 3, 420, 1}, 2));
-  PetscCall(Compare(&(Setting){SPRINGS, 2, 500, 1}, 1));
+  PetscCall(Compare(&(Setting){TORN, 2, 560, 1}, 1, 0));
+  PetscCall(Compare(&(Setting){TORN, 3, 420, 1}, 2, 0));
+  PetscCall(Compare(&(Setting){SPRINGS, 2, 500, 1}, 1, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 CHECK_TEST(TestPieces)
+
+/* Owners change again and again while grains fall, fly and leave, and pieces meet. */
+static PetscErrorCode TestMigrating(void)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Compare(&(Setting){KINDS, 2, 700, 3}, 1, 31));
+  PetscCall(Compare(&(Setting){GAS, 3, 250, 3}, 2, 13));
+  PetscCall(Compare(&(Setting){LEAVING, 2, 500, 0}, 1, 17));
+  PetscCall(Compare(&(Setting){TORN, 2, 560, 1}, 1, 13));
+  PetscCall(Compare(&(Setting){SPRINGS, 2, 500, 1}, 1, 50));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+CHECK_TEST(TestMigrating)
 
 static PetscErrorCode File(MPI_Comm comm, DemModel model, const char *file, PetscBool save)
 {
@@ -308,5 +322,5 @@ static PetscErrorCode TestShare(void)
 }
 CHECK_TEST(TestShare)
 
-static const struct CMUnitTest tests[] = {TEST(TestGrains), TEST(TestPieces), TEST(TestRestart), TEST(TestShare)};
+static const struct CMUnitTest tests[] = {TEST(TestGrains), TEST(TestPieces), TEST(TestMigrating), TEST(TestRestart), TEST(TestShare)};
 CHECK_MAIN(tests)
