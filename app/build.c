@@ -298,6 +298,10 @@ static PetscErrorCode BuildDem(AppCase *c, PetscInt threads)
   }
   PetscCall(AppConditionsApply(c));
   PetscCall(AppContactApply(c));
+  if (!c->is_static) {
+    PetscCall(SceneGetInt(c->scene, "time.rebalance", &count));
+    PetscCall(DemModelSetRebalance(c->dem, count));
+  }
   AppCallAt(c->scene, "conditions", DemModelSetUp(c->dem));
   PetscCall(DemModelGetStepper(c->dem, &c->stepper));
   PetscCall(AppClockEnd(&c->clock));

@@ -138,6 +138,25 @@ static PetscErrorCode ContactJson(DemContactCounts n, Json *json)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* How often a body of particles was shared out among the ranks anew. */
+static PetscErrorCode SharingJson(DemModel dem, Json *json)
+{
+  DemSharing s;
+
+  PetscFunctionBegin;
+  PetscCall(DemModelGetSharing(dem, NULL, &s));
+  if (!s.looks) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(JsonBeginObject(json, "sharing"));
+  PetscCall(JsonInt(json, "looks", s.looks)); /* of this call, as all here */
+  PetscCall(JsonInt(json, "shared_out_anew", s.times));
+  if (s.times) {
+    PetscCall(JsonReal(json, "busiest_over_mean_before", s.before));
+    PetscCall(JsonReal(json, "busiest_over_mean_after", s.after));
+  }
+  PetscCall(JsonEnd(json));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode RunJson(AppCase *c, const RunSummary *run, Json *json)
 {
   PetscFunctionBegin;
@@ -238,6 +257,7 @@ PetscErrorCode AppSummaryWrite(AppCase *c, const AppPlan *plan, const RunSummary
   PetscCall(AppPlanJson(c, plan, &json));
   PetscCall(AppCountsJson(c, &json));
   if (c->dem) PetscCall(ContactJson(contacts, &json));
+  if (c->dem) PetscCall(SharingJson(c->dem, &json));
   if (run) PetscCall(RunJson(c, run, &json));
   if (run) PetscCall(AppSwitchesJson(c, &json));
   if (c->n_modes) {

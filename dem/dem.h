@@ -180,7 +180,7 @@ PetscErrorCode DemModelGetShare(DemModel model, DemShare *share);
 /* How a body of particles is shared out among ranks. Load: bonds, contacts and particles, counted; the busiest rank's over the mean. */
 typedef struct {
   PetscInt  looks, times;  /* how often looked at; how often shared out anew */
-  PetscReal before, after; /* load when first found uneven, and after it was last shared out; 0: never was */
+  PetscReal before, after; /* load before and after it was last shared out of itself; 0: never was */
 } DemSharing;
 PetscErrorCode DemModelSetRebalance(DemModel model, PetscInt every); /* steps between looks; 0: owners stay those of the set-up */
 PetscErrorCode DemModelMigrate(DemModel model, const PetscMPIInt owner[]); /* collective, between steps. owner [pieces]: rank of each; NULL: as shares are best now */

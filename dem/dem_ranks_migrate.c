@@ -175,9 +175,9 @@ PetscErrorCode DemLookAtShares_Internal(DemModel model)
   if (now > UNEVEN && now > CHANGED * r->settled) {
     r->settled = now;
     if (load < BETTER * now) {
-      r->settled = load;
-      if (!r->sharing.times) r->sharing.before = now;
-      r->sharing.after = load;
+      r->settled        = load;
+      r->sharing.before = now;
+      r->sharing.after  = load;
       PetscCall(DemMigrate_Internal(model, owner));
     }
   }
