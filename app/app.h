@@ -132,7 +132,7 @@ typedef struct {
   DemPacking  packing;
   DemCells    cells;
   FemModel    fem;
-  DemModel    dem, whole; /* whole: of a coupled body on several ranks, of which dem is the part that steps */
+  DemModel    dem; /* of a coupled body on several ranks: the part that steps */
   CouplingSplit split; /* coupled */
   CouplingModel coupling;
   CouplingContact contact; /* APP_TOUCH */

@@ -472,7 +472,6 @@ static PetscErrorCode BuildCoupled(AppCase *c, PetscInt threads)
     PetscCall(MakeSides(c, &c->split, &c->body, &c->packing, &c->cells, &c->fem, &dem));
     PetscCall(CouplingModelCreate(c->comm, &c->coupling));
     if (c->size > 1) {
-      c->whole = dem;
       PetscCall(MakeSides(c, &c->split, &c->body, &c->packing, &c->cells, NULL, &c->dem));
       PetscCall(CouplingModelSetPart(c->coupling, c->dem));
     }
@@ -516,7 +515,6 @@ PetscErrorCode AppCaseDestroy(AppCase *c)
   if (c->coupling) PetscCall(CouplingModelDestroy(&c->coupling));
   if (c->fem) PetscCall(FemModelDestroy(&c->fem));
   if (c->dem) PetscCall(DemModelDestroy(&c->dem));
-  if (c->whole) PetscCall(DemModelDestroy(&c->whole));
   PetscCall(DemCellsDestroy(&c->cells));
   PetscCall(DemPackingDestroy(&c->packing));
   PetscCall(DemBodyDestroy(&c->body));

@@ -55,7 +55,8 @@ PetscErrorCode CouplingModelCreate(MPI_Comm comm, CouplingModel *model);
 PetscErrorCode CouplingModelSetSplit(CouplingModel model, const CouplingSplit *split, const CouplingOptions *options); /* split borrowed for the model's life */
 
 /* On several ranks every rank gives the same elements and the same particles, made for itself alone (PETSC_COMM_SELF), and a second model of these
-   particles made on all ranks together, which is shared out and steps. Before CouplingModelSetSides(); borrowed. */
+   particles made on all ranks together, which is shared out and steps. Before CouplingModelSetSides(). The model made on all ranks is borrowed; the one made for
+   itself alone belongs to the CouplingModel from then on, which frees it when the parts step. */
 PetscErrorCode CouplingModelSetPart(CouplingModel model, DemModel part);
 /* Both sides, with mesh, material and body given and not yet set up: sets their weights, the rim, and which bonds cannot break.
    material is the one both share in the overlap. thickness [m] in 2D. */

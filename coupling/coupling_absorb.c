@@ -16,7 +16,7 @@ PetscErrorCode CouplingAbsorb_Internal(CouplingModel model, PetscReal dt, PetscB
 
   PetscFunctionBegin;
   PetscCall(FemModelGetState(model->fem, &fs));
-  PetscCall(DemModelGetState(model->dem, &ds));
+  PetscCall(CouplingParticles_Internal(model, &ds));
   for (PetscInt k = 0; k < model->n_particles; k++) {
     const CouplingParticle *particle = &model->particle[k];
     const PetscReal         drag = COUPLING_DRAG * particle->c;
@@ -34,6 +34,5 @@ PetscErrorCode CouplingAbsorb_Internal(CouplingModel model, PetscReal dt, PetscB
   }
   if (booked) model->absorbed += lost;
   PetscCall(FemModelRestoreState(model->fem, &fs));
-  PetscCall(DemModelRestoreState(model->dem, &ds));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

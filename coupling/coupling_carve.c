@@ -305,3 +305,13 @@ PetscErrorCode CouplingCarvedDestroy_Internal(CouplingCarved *carved)
   PetscCall(PetscFree(carved->facet));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode CouplingDropCells_Internal(CouplingCarved *carved)
+{
+  const PetscInt facets = carved->cells.n_facets;
+
+  PetscFunctionBegin;
+  PetscCall(DemCellsDestroy(&carved->cells));
+  carved->cells.n_facets = facets;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

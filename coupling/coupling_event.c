@@ -17,7 +17,7 @@ PetscErrorCode CouplingHalvesDestroy_Internal(CouplingHalves **halves)
   if (!h) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CouplingModelDestroy(&h->model));
   PetscCall(FemModelDestroy(&h->fem));
-  PetscCall(DemModelDestroy(&h->dem));
+  if (!h->part) PetscCall(DemModelDestroy(&h->dem)); /* on several ranks the model's own */
   PetscCall(DemModelDestroy(&h->part));
   PetscCall(CouplingCarvedDestroy_Internal(&h->carved));
   PetscCall(CouplingSplitDestroy(&h->split));
@@ -98,6 +98,25 @@ PetscErrorCode CouplingBuild_Internal(CouplingSwitch sw, CouplingHalves **halves
   for (PetscInt f = 0; f < h->carved.cells.n_facets; f++)
     if (CellOf(sw, h, f) >= 0) h->watched[h->n_watched++] = f;
   PetscCall(MeanGradients(sw, h));
+  if (h->part) PetscCall(CouplingDropCells_Internal(&h->carved));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* On several ranks: the particles of the present split as a whole again, in the state of the parts. sw->ring is still theirs. */
+static PetscErrorCode Recall(CouplingSwitch sw, CouplingHalves *h)
+{
+  CouplingCarved carved;
+  FemModel       fem = NULL;
+  DemModel       dem;
+
+  PetscFunctionBegin;
+  if (!h->part || h->model->dem) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(CouplingCarve_Internal(&sw->w, sw->ring, &carved));
+  PetscCall(sw->make(sw->ctx, &h->split, &sw->body, &carved.packing, &carved.cells, &fem, &dem));
+  PetscCall(FemModelDestroy(&fem));
+  PetscCall(CouplingWeaken_Internal(sw, &carved, dem));
+  PetscCall(CouplingRecall_Internal(h->model, dem, &carved.packing, &carved.cells));
+  PetscCall(CouplingCarvedDestroy_Internal(&carved));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -557,6 +576,7 @@ static PetscErrorCode HandOver(CouplingSwitch sw, CouplingHalves *old, CouplingH
   for (PetscInt f = 0; f < old->carved.cells.n_facets; f++) number[old->carved.facet[f]] = f;
   for (PetscInt f = 0; f < h->carved.cells.n_facets; f++) from[f] = number[h->carved.facet[f]];
   PetscCall(CouplingGather_Internal(old->model));
+  old->dem = old->model->dem;
   PetscCall(FemModelContinue(h->fem, old->fem, node));
   PetscCall(DemModelContinue(h->dem, old->dem, of, from));
   PetscCall(WakeParticles(sw, old, h, of, woken));
@@ -642,6 +662,7 @@ PetscErrorCode CouplingTurn_Internal(CouplingSwitch sw, const PetscBool marked[]
   }
   PetscCall(old->stepper.energy(old->model, &ledger));
   PetscCall(PetscArraycpy(event.before, ledger.energy, LEDGER_TERMS));
+  PetscCall(Recall(sw, old));
   PetscCall(CouplingBuild_Internal(sw, &h));
   for (PetscInt tries = 0; h->model->unstable && tries < 4; tries++) { /* this shape of front has no minimum: a little more, and try again */
     PetscInt more;

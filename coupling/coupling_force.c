@@ -63,8 +63,8 @@ PetscErrorCode CouplingForces_Internal(CouplingModel model)
 
   PetscFunctionBegin;
   PetscCall(FemModelGetState(model->fem, &fs));
-  PetscCall(DemModelGetState(model->dem, &ds));
-  PetscCall(DemModelGetRim(model->dem, &rim));
+  PetscCall(CouplingParticles_Internal(model, &ds));
+  PetscCall(CouplingRim_Internal(model, &rim));
   nodes = NodesOf(model, &fs);
   PetscCall(PetscArrayzero(model->g, fs.n_nodes * dim));
   for (PetscInt k = 0; k < model->n_particles; k++) {
@@ -116,7 +116,6 @@ PetscErrorCode CouplingForces_Internal(CouplingModel model)
         for (PetscInt a = 0; a < model->rim[k].n; a++) rim.u[3 * k + d] += model->rim[k].N[a] * nodes[model->rim[k].node[a] * dim + d];
     }
   PetscCall(FemModelRestoreState(model->fem, &fs));
-  PetscCall(DemModelRestoreState(model->dem, &ds));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -131,7 +130,7 @@ PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, P
 
   PetscFunctionBegin;
   PetscCall(FemModelGetState(model->fem, &fs));
-  PetscCall(DemModelGetState(model->dem, &ds));
+  PetscCall(CouplingParticles_Internal(model, &ds));
   *spring = *strain = 0;
   nodes = NodesOf(model, &fs);
   for (PetscInt k = 0; k < model->n_particles; k++) {
@@ -152,6 +151,5 @@ PetscErrorCode CouplingEnergy_Internal(CouplingModel model, PetscReal *spring, P
       for (PetscInt j = 0; j < m; j++) *strain += 0.5 * nodes[mesh->node[first + i / dim] * dim + i % dim] * K[i * m + j] * nodes[mesh->node[first + j / dim] * dim + j % dim];
   }
   PetscCall(FemModelRestoreState(model->fem, &fs));
-  PetscCall(DemModelRestoreState(model->dem, &ds));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -19,7 +19,8 @@ typedef struct {
 
 /* One particle of the overlap.  Eqs (6.3)-(6.5) */
 typedef struct {
-  PetscInt      p;      /* in the particle model's order */
+  PetscInt      p;      /* row of what CouplingParticles_Internal() lends */
+  PetscInt      whole;  /* in the particle model's order */
   CouplingPoint at;
   PetscReal     c;      /* m-bar c_i: P = c / dt^2 [kg] */
   PetscReal     P;      /* of a penalty [N/m] */
@@ -39,11 +40,12 @@ struct _p_CouplingModel {
   const CouplingSplit *split;
   CouplingOptions      options;
   FemModel             fem;
-  DemModel             dem;
+  DemModel             dem;         /* with a part: owned, and NULL while the parts step */
   DemModel             part;        /* the particles shared out among ranks, which steps; NULL on one rank */
   PetscBool            whole_leads; /* dem has a state that part is to be given */
+  DemState             copy;        /* with a part: of the overlap's particles alone, in particle[]'s order */
+  DemRim               rim_copy;    /* and of all of the rim: u, force */
   CouplingRows         overlapping, rims; /* of particle[], of rim[] */
-  PetscReal           *rim_force;   /* [n_rim][3] with a part: forces of the rim [N] */
   MPI_Datatype         place_type, force_type;
   PetscInt             dim, ns; /* ns: 3 or 6 strain components */
   PetscReal            thickness, density, lambda, mu, speed; /* of pressure waves [m/s] */
@@ -128,15 +130,22 @@ PetscErrorCode CouplingRimForces_Internal(CouplingModel model); /* adds the rim'
 PetscErrorCode CouplingChooseFar_Internal(CouplingModel model, PetscBool *implicit);
 /* coupling_relax.c */
 PetscErrorCode CouplingRelax_Internal(CouplingModel model, PetscReal t, PetscReal h); /* a load step from t to t + h */
+/* What the overlap sees of its particles and of the rim: of the whole model, or copies that Pull brings. */
+PetscErrorCode CouplingParticles_Internal(CouplingModel model, DemState *s);
+PetscErrorCode CouplingRim_Internal(CouplingModel model, DemRim *rim);
 /* coupling_ranks.c: nothing to do on one rank */
 PetscErrorCode CouplingRefuse_Internal(CouplingModel model);
 PetscErrorCode CouplingPartSetUp_Internal(CouplingModel model);
 PetscErrorCode CouplingPartDestroy_Internal(CouplingModel model);
-PetscErrorCode CouplingGather_Internal(CouplingModel model); /* the parts' state to the whole model of every rank */
+PetscErrorCode CouplingGather_Internal(CouplingModel model); /* the parts' state to the whole model of every rank, which must be there */
 PetscErrorCode CouplingSpread_Internal(CouplingModel model); /* and back */
+PetscErrorCode CouplingForget_Internal(CouplingModel model); /* the whole model goes, once the parts lead */
+PetscErrorCode CouplingRecall_Internal(CouplingModel model, DemModel dem, const DemPacking *packing, const DemCells *cells); /* and comes again, made anew but not set up: weights, set-up, state */
+PetscErrorCode CouplingGive_Internal(CouplingModel model, DemModel dem, const DemPacking *packing, const DemCells *cells); /* coupling_model.c: its weights to a model of the particles */
 PetscErrorCode CouplingPull_Internal(CouplingModel model);
 PetscErrorCode CouplingPush_Internal(CouplingModel model);
 PetscErrorCode CouplingPullRim_Internal(CouplingModel model);
+PetscErrorCode CouplingAddForces_Internal(CouplingModel model, const PetscReal more[]); /* [3][n_particles], on one rank too */
 /* coupling_static.c */
 PetscErrorCode CouplingPreload_Internal(CouplingModel model);
 PetscErrorCode CouplingStartStressed_Internal(CouplingModel model); /* under in-situ stress as it is, without a preload */

@@ -283,12 +283,12 @@ static PetscErrorCode AffineForces(CouplingModel model, const DemPacking *packin
 
   Particles begin with it; nodes have it in the overlap's energy only, their elements have the stress itself (2.76).
 */
-static PetscErrorCode SetInSitu(CouplingModel model, const DemPacking *packing)
+static PetscErrorCode SetInSitu(CouplingModel model)
 {
   static const int at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
   const Mesh      *mesh = CouplingMesh(model);
   const PetscReal *s = model->options.stress;
-  PetscReal        trace = 0, u[3], *start;
+  PetscReal        trace = 0, u[3];
   PetscBool        any = PETSC_FALSE;
 
   PetscFunctionBegin;
@@ -302,19 +302,103 @@ static PetscErrorCode SetInSitu(CouplingModel model, const DemPacking *packing)
     CouplingBefore(model, &mesh->x[3 * i], u);
     for (PetscInt d = 0; d < model->dim; d++) model->before[i * model->dim + d] = u[d];
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetStart(CouplingModel model, const DemPacking *packing, DemModel dem)
+{
+  PetscReal *start;
+
+  PetscFunctionBegin;
   PetscCall(PetscMalloc1(3 * packing->n, &start));
   for (PetscInt p = 0; p < packing->n; p++) CouplingBefore(model, &packing->x[3 * p], start + 3 * p);
-  PetscCall(DemModelSetStart(model->dem, start));
+  PetscCall(DemModelSetStart(dem, start));
   PetscCall(PetscFree(start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Weights of the particles' side, packing's and cells' order. */
+typedef struct {
+  PetscReal *wm, *wp, *wf; /* [particles] of mass, of volumetric energy, [facets] of the pair energy */
+  PetscInt  *row;          /* [particles] of model->particle, -1 */
+  PetscBool *breakable;    /* [facets] */
+} Weights;
+
+/* particle [as many as lie in the overlap]: out, where; its room is that of all. NULL: known already. */
+static PetscErrorCode WeightsCreate(CouplingModel model, const DemPacking *packing, const DemCells *cells, CouplingParticle *particle, Weights *w)
+{
+  const PetscInt n = packing->n;
+  PetscInt       found_all = 0;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc5(n, &w->wm, n, &w->wp, n, &w->row, cells->n_facets, &w->wf, cells->n_facets, &w->breakable));
+  for (PetscInt p = 0; p < n; p++) {
+    CouplingPoint at;
+    PetscBool     found;
+
+    w->row[p] = -1;
+    w->wm[p]  = 1;
+    PetscCall(CouplingLocate_Internal(model, &packing->x[3 * p], 1e-9, &found, &at));
+    if (!found) continue;
+    if (particle) {
+      particle[found_all].p  = p; /* the packing's, until set-up */
+      particle[found_all].at = at;
+    }
+    w->row[p] = found_all++;
+    w->wm[p]  = 1 - CouplingWeight_Internal(model, &at);
+  }
+  if (particle) model->n_particles = found_all;
+  /* A cell beside a particle without elements keeps its whole volumetric energy: that neighbour has nothing to balance a smaller share. */
+  for (PetscInt p = 0; p < n; p++) w->wp[p] = w->wm[p];
+  for (PetscInt f = 0; f < cells->n_facets; f++)
+    if ((w->row[cells->p[f]] < 0) != (w->row[cells->q[f]] < 0)) w->wp[cells->p[f]] = w->wp[cells->q[f]] = 1;
+  for (PetscInt f = 0; f < cells->n_facets; f++) {
+    CouplingPoint at;
+    PetscBool     found = PETSC_FALSE;
+
+    w->wf[f]        = 1;
+    w->breakable[f] = (PetscBool)(w->row[cells->p[f]] < 0 && w->row[cells->q[f]] < 0);
+    if (w->row[cells->p[f]] < 0 || w->row[cells->q[f]] < 0) continue; /* one end outside: full weight */
+    PetscCall(CouplingLocate_Internal(model, &cells->at[3 * f], 1e-6, &found, &at));
+    if (found) w->wf[f] = 1 - CouplingWeight_Internal(model, &at);
+    if (particle) model->overlap_bonds++;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WeightsDestroy(Weights *w)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree5(w->wm, w->wp, w->row, w->wf, w->breakable));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Give(CouplingModel model, const Weights *w, const DemPacking *packing, DemModel dem)
+{
+  PetscFunctionBegin;
+  PetscCall(DemModelSetWeights(dem, w->wm, w->wp, w->wf));
+  PetscCall(DemModelSetBreakable(dem, w->breakable));
+  PetscCall(DemModelSetRim(dem, COUPLING_RIM));
+  if (model->before) PetscCall(SetStart(model, packing, dem));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingGive_Internal(CouplingModel model, DemModel dem, const DemPacking *packing, const DemCells *cells)
+{
+  Weights w;
+
+  PetscFunctionBegin;
+  PetscCall(WeightsCreate(model, packing, cells, NULL, &w));
+  PetscCall(Give(model, &w, packing, dem));
+  PetscCall(WeightsDestroy(&w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel dem, const DemPacking *packing, const DemCells *cells, const FemMaterial *material, FemKind kind, PetscReal thickness)
 {
-  const PetscInt n = packing->n;
-  PetscReal     *wm, *wp, *wf, particles[4] = {0}; /* of mass, of volumetric energy, of a facet's pair energy; [kg], [kg m] */
-  PetscInt      *row, rim_face = -1;
-  PetscBool     *breakable;
+  PetscReal particles[4] = {0}; /* [kg], [kg m] */
+  PetscInt  rim_face = -1, edges = 0;
+  Weights   w;
 
   PetscFunctionBegin;
   PetscCheck(model->split && !model->fem, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetSplit() once, then CouplingModelSetSides() once");
@@ -328,56 +412,26 @@ PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel
   model->speed = PetscSqrtReal((model->lambda + 2 * model->mu) / material->density);
   PetscCall(ElementShares(model));
 
-  PetscCall(PetscMalloc5(n, &wm, n, &wp, n, &row, cells->n_facets, &wf, cells->n_facets, &breakable));
-  PetscCall(PetscCalloc1(n, &model->particle));
-  for (PetscInt p = 0; p < n; p++) {
-    CouplingParticle *particle = &model->particle[model->n_particles];
-    PetscBool         found;
-
-    row[p] = -1;
-    wm[p]  = 1;
-    PetscCall(CouplingLocate_Internal(model, &packing->x[3 * p], 1e-9, &found, &particle->at));
-    if (!found) continue;
-    particle->p = p; /* the packing's, until set-up */
-    row[p]      = model->n_particles++;
-    wm[p]       = 1 - CouplingWeight_Internal(model, &particle->at);
-  }
+  PetscCall(PetscCalloc1(packing->n, &model->particle));
+  PetscCall(WeightsCreate(model, packing, cells, model->particle, &w));
   BaseCheckInput(model->n_particles > 0, model->comm, "No particle lies in the overlap of '%s'; the particles are larger than its elements, use a smaller packing radius", model->split->fem.source);
-  /* A cell beside a particle without elements keeps its whole volumetric energy: that neighbour has nothing to balance a smaller share. */
-  for (PetscInt p = 0; p < n; p++) wp[p] = wm[p];
-  for (PetscInt f = 0; f < cells->n_facets; f++)
-    if ((row[cells->p[f]] < 0) != (row[cells->q[f]] < 0)) wp[cells->p[f]] = wp[cells->q[f]] = 1;
-  for (PetscInt f = 0; f < cells->n_facets; f++) {
-    CouplingPoint at;
-    PetscBool     found = PETSC_FALSE;
-
-    wf[f]        = 1;
-    breakable[f] = (PetscBool)(row[cells->p[f]] < 0 && row[cells->q[f]] < 0);
-    if (row[cells->p[f]] < 0 || row[cells->q[f]] < 0) continue; /* one end outside: full weight */
-    PetscCall(CouplingLocate_Internal(model, &cells->at[3 * f], 1e-6, &found, &at));
-    if (found) wf[f] = 1 - CouplingWeight_Internal(model, &at);
-    model->overlap_bonds++;
-  }
+  PetscCall(PetscRealloc((size_t)model->n_particles * sizeof(*model->particle), &model->particle)); /* they are few */
   PetscCall(FemModelSetCellWeights(fem, model->alpha));
-  for (PetscInt p = 0; p < n; p++) {
-    const PetscReal m = material->density * cells->volume[p] * wm[p];
+  for (PetscInt p = 0; p < packing->n; p++) {
+    const PetscReal m = material->density * cells->volume[p] * w.wm[p];
 
     particles[0] += m;
     for (PetscInt d = 0; d < model->dim; d++) particles[1 + d] += m * packing->x[3 * p + d];
   }
   PetscCall(NodeMasses(model, material->density, particles));
-  PetscCall(SetInSitu(model, packing));
-  for (PetscInt k = 0; k < (model->part ? 2 : 1); k++) {
-    DemModel side = k ? model->part : dem;
-
-    PetscCall(DemModelSetWeights(side, wm, wp, wf));
-    PetscCall(DemModelSetBreakable(side, breakable));
-    PetscCall(DemModelSetRim(side, COUPLING_RIM));
-  }
+  PetscCall(SetInSitu(model));
+  PetscCall(Give(model, &w, packing, dem));
+  if (model->part) PetscCall(Give(model, &w, packing, model->part));
   PetscCall(DemModelFindFace(dem, COUPLING_RIM, &rim_face));
-  PetscCall(PetscMalloc2(cells->n_walls, &model->edge, 3 * cells->n_walls, &model->edge_pull));
-  if (model->options.affine) PetscCall(AffineForces(model, packing, cells, wp, wf, row, rim_face));
-  PetscCall(PetscFree5(wm, wp, row, wf, breakable));
+  for (PetscInt k = 0; k < cells->n_walls; k++) edges += cells->wall_face[k] == rim_face;
+  PetscCall(PetscMalloc2(edges, &model->edge, 3 * edges, &model->edge_pull));
+  if (model->options.affine) PetscCall(AffineForces(model, packing, cells, w.wp, w.wf, w.row, rim_face));
+  PetscCall(WeightsDestroy(&w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -466,7 +520,7 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
 
   PetscCall(PetscMalloc1(ds.n, &inside));
   for (PetscInt p = 0; p < ds.n; p++) inside[ds.number[p]] = p;
-  for (PetscInt k = 0; k < model->n_particles; k++) model->particle[k].p = inside[model->particle[k].p];
+  for (PetscInt k = 0; k < model->n_particles; k++) model->particle[k].p = model->particle[k].whole = inside[model->particle[k].p];
   PetscCall(PetscFree(inside));
 
   /* rho_I = sum |N| m-bar / M-bar, c_i = 1 / (1 + sum |N| rho): the row-sum-lumped multiplier.  Eq. (6.3) */

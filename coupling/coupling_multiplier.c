@@ -17,7 +17,7 @@ static PetscErrorCode Assemble(CouplingModel model, Mat *B)
 
   PetscFunctionBegin;
   PetscCall(FemModelGetState(model->fem, &fs));
-  PetscCall(DemModelGetState(model->dem, &ds));
+  PetscCall(CouplingParticles_Internal(model, &ds));
   PetscCall(PetscMalloc1(n, &count));
   for (PetscInt i = 0; i < n; i++) count[i] = PetscMin(n, 4 * FEM_MAX_NODES); /* elements around a node share nodes; more costs time alone */
   PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, 0, count, B));
@@ -40,7 +40,6 @@ static PetscErrorCode Assemble(CouplingModel model, Mat *B)
   PetscCall(MatAssemblyEnd(*B, MAT_FINAL_ASSEMBLY));
   PetscCall(MatSetOption(*B, MAT_SPD, PETSC_TRUE));
   PetscCall(FemModelRestoreState(model->fem, &fs));
-  PetscCall(DemModelRestoreState(model->dem, &ds));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -95,7 +94,7 @@ PetscErrorCode CouplingMultiplierHold_Internal(CouplingModel model)
 
   PetscFunctionBegin;
   PetscCall(FemModelGetState(model->fem, &fs));
-  PetscCall(DemModelGetState(model->dem, &ds));
+  PetscCall(CouplingParticles_Internal(model, &ds));
   for (PetscInt k = 0; k < model->n_particles; k++)
     for (PetscInt d = 0; d < dim; d++) {
       const CouplingPoint *at = &model->particle[k].at;
@@ -104,7 +103,6 @@ PetscErrorCode CouplingMultiplierHold_Internal(CouplingModel model)
       for (PetscInt a = 0; a < at->n; a++) model->q0[3 * k + d] -= at->N[a] * fs.u[at->node[a] * dim + d];
     }
   PetscCall(FemModelRestoreState(model->fem, &fs));
-  PetscCall(DemModelRestoreState(model->dem, &ds));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -123,8 +121,8 @@ PetscErrorCode CouplingMultiply_Internal(CouplingModel model, PetscReal h, Petsc
   PetscFunctionBegin;
   PetscCall(FemModelGetForces(model->fem, model->present));
   PetscCall(FemModelGetState(model->fem, &fs));
-  PetscCall(DemModelGetState(model->dem, &ds));
-  PetscCall(PetscCalloc1(3 * ds.n, &more));
+  PetscCall(CouplingParticles_Internal(model, &ds));
+  PetscCall(PetscCalloc1(3 * model->n_particles, &more));
   for (PetscInt d = 0; d < dim; d++) {
     PetscScalar       *right;
     const PetscScalar *V;
@@ -151,15 +149,14 @@ PetscErrorCode CouplingMultiply_Internal(CouplingModel model, PetscReal h, Petsc
 
       for (PetscInt a = 0; a < at->n; a++) lambda += at->N[a] * V[model->held[at->node[a]]];
       lambda *= ds.mass[model->particle[k].p] / h;
-      more[d * ds.n + model->particle[k].p] = lambda;
+      more[d * model->n_particles + k] = lambda;
       for (PetscInt a = 0; a < at->n; a++) model->g[at->node[a] * dim + d] -= at->N[a] * lambda;
     }
     PetscCall(VecRestoreArrayRead(model->solved, &V));
     model->solves++;
   }
   PetscCall(FemModelRestoreState(model->fem, &fs));
-  PetscCall(DemModelRestoreState(model->dem, &ds));
-  PetscCall(DemModelAddForces(model->dem, more));
+  PetscCall(CouplingAddForces_Internal(model, more));
   PetscCall(PetscFree(more));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

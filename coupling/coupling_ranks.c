@@ -2,15 +2,22 @@
   coupling_ranks.c - a coupled body on several ranks.
 
   Elements and overlap are few beside the bonds: every rank has all of them and does them alike. The particles are shared out: `part` steps,
-  and the whole model, which every rank has too, holds what the overlap's forces read. In a step overlap particles' places go from
+  and what the overlap's forces read and write are copies of the overlap's own particles. In a step their places go from
   their owners to all, the rim's forces as well; each is one gathering. Sums over the overlap are then those of one rank, to the bit.
 
-  Where the particles are asked for as a whole (set-up, an event) the parts become the whole, and the whole the parts again, through a
-  checkpoint in memory: what goes on is what a restart would go on from.
+  Set-up and events ask for the particles as a whole, and every rank makes the whole model for it. Its state becomes that of the parts
+  through a checkpoint in memory, and theirs its: what goes on is what a restart would go on from. When the parts step the whole is
+  gone; an event makes it again.
 */
 #include "coupling_impl.h"
 
-enum { U = 0, ROT = 3, ROW = 7 };
+enum { U = 0, ROT = 3, V = 7, F = 10 }; /* of a row: displacement, rotation; velocity and force where they are read */
+
+/* Numbers of a row. */
+static PetscInt Width(CouplingModel model)
+{
+  return model->options.method == COUPLING_CONSISTENT ? F + 3 : model->options.absorber ? V + 3 : V;
+}
 
 PetscErrorCode CouplingModelSetPart(CouplingModel model, DemModel part)
 {
@@ -31,8 +38,6 @@ PetscErrorCode CouplingRefuse_Internal(CouplingModel model)
   PetscCheck((size > 1) == (model->part != NULL), model->comm, PETSC_ERR_ORDER, "On several ranks, and only there, a coupled body needs CouplingModelSetPart()");
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   BaseCheckInput(o->far != COUPLING_FAR_STATIC, model->comm, "A static far field runs on one rank for now, not %d; give it threads instead: cleave run SCENE --threads N", (int)size);
-  BaseCheckInput(!model->before, model->comm, "The initial stress of a coupled body runs on one rank for now, not %d; give it threads instead: cleave run SCENE --threads N", (int)size);
-  BaseCheckInput(o->method == COUPLING_ENERGY && !o->absorber, model->comm, "The methods kept for comparison and the absorber run on one rank, not %d; use method: energy, or threads: cleave run SCENE --threads N", (int)size);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -53,8 +58,31 @@ static PetscErrorCode Rows(CouplingModel model, CouplingRows *rows, PetscInt all
   PetscCheck(sum == all, model->comm, PETSC_ERR_PLIB, "%" PetscInt_FMT " rows of all ranks, not %" PetscInt_FMT, sum, all);
   PetscCall(PetscMalloc1(all, &rows->place));
   PetscCallMPI(MPI_Allgatherv(rows->whole, n, MPIU_INT, rows->place, rows->count, rows->first, MPIU_INT, model->comm));
-  PetscCall(PetscMalloc2(ROW * rows->n, &rows->out, ROW * all, &rows->in));
+  PetscCall(PetscMalloc2(Width(model) * rows->n, &rows->out, Width(model) * all, &rows->in));
   rows->all = all;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Who has the state the overlap is to see. */
+static void Lead(CouplingModel model, PetscBool whole)
+{
+  model->whole_leads = whole;
+  for (PetscInt k = 0; k < model->n_particles; k++) model->particle[k].p = whole ? model->particle[k].whole : k;
+}
+
+PetscErrorCode CouplingParticles_Internal(CouplingModel model, DemState *s)
+{
+  PetscFunctionBegin;
+  if (model->part && !model->whole_leads) *s = model->copy;
+  else PetscCall(DemModelGetState(model->dem, s)); /* arrays that stay where they are: nothing to give back */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingRim_Internal(CouplingModel model, DemRim *rim)
+{
+  PetscFunctionBegin;
+  if (model->part && !model->whole_leads) *rim = model->rim_copy;
+  else PetscCall(DemModelGetRim(model->dem, rim));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -62,6 +90,45 @@ static PetscErrorCode Gather(CouplingModel model, CouplingRows *rows, MPI_Dataty
 {
   PetscFunctionBegin;
   PetscCallMPI(MPI_Allgatherv(rows->out, (PetscMPIInt)rows->n, type, rows->in, rows->count, rows->first, type, model->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Room for what the overlap sees; masses stay. */
+static PetscErrorCode CopyCreate(CouplingModel model)
+{
+  const PetscInt n = model->n_particles;
+  DemState      *c = &model->copy, whole;
+  PetscReal     *a[6];
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < 6; k++) PetscCall(PetscCalloc1((k == 1 ? 4 : 3) * n, &a[k]));
+  *c = (DemState){.dim = model->dim, .n = n, .own = n, .u = a[0], .rot = a[1], .v = a[2], .f = a[3], .f_ext = a[4], .t_ext = a[5]};
+  PetscCall(DemModelGetState(model->dem, &whole));
+  PetscCall(PetscMalloc1(n, &a[0]));
+  for (PetscInt k = 0; k < n; k++) a[0][k] = whole.mass[model->particle[k].whole];
+  c->mass = a[0];
+  PetscCall(DemModelRestoreState(model->dem, &whole));
+  PetscCall(PetscCalloc1(3 * model->n_rim, &a[0]));
+  PetscCall(PetscCalloc1(3 * model->n_rim, &a[1]));
+  model->rim_copy = (DemRim){.n = model->n_rim, .u = a[0], .force = a[1]};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CopyDestroy(CouplingModel model)
+{
+  DemState  *c    = &model->copy;
+  PetscReal *mass = (PetscReal *)c->mass, *f = (PetscReal *)c->f, *force = (PetscReal *)model->rim_copy.force;
+
+  PetscFunctionBegin;
+  PetscCall(PetscFree(c->u));
+  PetscCall(PetscFree(c->rot));
+  PetscCall(PetscFree(c->v));
+  PetscCall(PetscFree(f));
+  PetscCall(PetscFree(c->f_ext));
+  PetscCall(PetscFree(c->t_ext));
+  PetscCall(PetscFree(mass));
+  PetscCall(PetscFree(model->rim_copy.u));
+  PetscCall(PetscFree(force));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -79,7 +146,7 @@ PetscErrorCode CouplingPartSetUp_Internal(CouplingModel model)
   PetscCall(DemModelGetState(model->part, &part));
   PetscCall(PetscMalloc1(whole.n, &row)); /* row of the overlap of a packing's number, -1 */
   for (PetscInt p = 0; p < whole.n; p++) row[p] = -1;
-  for (PetscInt k = 0; k < model->n_particles; k++) row[whole.number[model->particle[k].p]] = k;
+  for (PetscInt k = 0; k < model->n_particles; k++) row[whole.number[model->particle[k].whole]] = k;
   PetscCall(PetscMalloc2(part.own, &o->here, part.own, &o->whole));
   for (PetscInt p = 0; p < part.own; p++) {
     if (row[part.number[p]] < 0) continue;
@@ -98,13 +165,13 @@ PetscErrorCode CouplingPartSetUp_Internal(CouplingModel model)
     r->whole[r->n] = rim.number[r->n];
   }
   PetscCall(Rows(model, r, model->n_rim));
-  PetscCall(PetscCalloc1(3 * model->n_rim, &model->rim_force));
-  PetscCallMPI(MPI_Type_contiguous(ROW, MPIU_REAL, &model->place_type));
+  PetscCall(CopyCreate(model));
+  PetscCallMPI(MPI_Type_contiguous((PetscMPIInt)Width(model), MPIU_REAL, &model->place_type));
   PetscCallMPI(MPI_Type_commit(&model->place_type));
   PetscCallMPI(MPI_Type_contiguous(3, MPIU_REAL, &model->force_type));
   PetscCallMPI(MPI_Type_commit(&model->force_type));
   PetscCall(CouplingSpread_Internal(model));
-  model->whole_leads = PETSC_TRUE;
+  Lead(model, PETSC_TRUE);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -123,7 +190,8 @@ PetscErrorCode CouplingPartDestroy_Internal(CouplingModel model)
   PetscFunctionBegin;
   PetscCall(Free(&model->overlapping));
   PetscCall(Free(&model->rims));
-  PetscCall(PetscFree(model->rim_force));
+  PetscCall(CopyDestroy(model));
+  if (model->part) PetscCall(DemModelDestroy(&model->dem));
   if (model->place_type) PetscCallMPI(MPI_Type_free(&model->place_type));
   if (model->force_type) PetscCallMPI(MPI_Type_free(&model->force_type));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -152,44 +220,91 @@ PetscErrorCode CouplingGather_Internal(CouplingModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode CouplingForget_Internal(CouplingModel model)
+{
+  PetscFunctionBegin;
+  if (model->part && model->dem && !model->whole_leads) PetscCall(DemModelDestroy(&model->dem));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode CouplingRecall_Internal(CouplingModel model, DemModel dem, const DemPacking *packing, const DemCells *cells)
+{
+  PetscFunctionBegin;
+  PetscCheck(!model->dem, model->comm, PETSC_ERR_ORDER, "The whole model of the particles is still there");
+  PetscCall(CouplingGive_Internal(model, dem, packing, cells));
+  PetscCall(DemModelSetUp(dem));
+  model->dem = dem;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode CouplingSpread_Internal(CouplingModel model)
 {
-  DemRim rim;
+  const DemState *c = &model->copy;
+  PetscReal      *force = (PetscReal *)model->rim_copy.force;
+  DemState        s;
+  DemRim          rim;
 
   PetscFunctionBegin;
   if (!model->part) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Move(model, model->dem, model->part));
-  PetscCall(CouplingPush_Internal(model)); /* lent, and in no checkpoint */
+  PetscCall(DemModelGetState(model->dem, &s));
+  for (PetscInt k = 0; k < c->n; k++) {
+    const PetscInt p = model->particle[k].whole;
+
+    for (PetscInt d = 0; d < 3; d++) {
+      c->u[d * c->n + k]     = s.u[d * s.n + p];
+      c->v[d * c->n + k]     = s.v[d * s.n + p];
+      ((PetscReal *)c->f)[d * c->n + k] = s.f[d * s.n + p];
+      c->f_ext[d * c->n + k] = s.f_ext[d * s.n + p];
+      c->t_ext[d * c->n + k] = s.t_ext[d * s.n + p];
+    }
+    for (PetscInt d = 0; d < 4; d++) c->rot[d * c->n + k] = s.rot[d * s.n + p];
+  }
+  PetscCall(DemModelRestoreState(model->dem, &s));
   PetscCall(DemModelGetRim(model->dem, &rim));
-  PetscCall(PetscArraycpy(model->rim_force, rim.force, 3 * rim.n));
-  model->whole_leads = PETSC_FALSE;
+  PetscCall(PetscArraycpy(model->rim_copy.u, rim.u, 3 * rim.n));
+  PetscCall(PetscArraycpy(force, rim.force, 3 * rim.n));
+  Lead(model, PETSC_FALSE);
+  PetscCall(CouplingPush_Internal(model)); /* lent, and in no checkpoint */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Places and turns of the overlap's particles into the whole model. */
+/* Places, turns, velocities and forces of the overlap's particles to all ranks. */
 PetscErrorCode CouplingPull_Internal(CouplingModel model)
 {
-  CouplingRows *o = &model->overlapping;
-  DemState      s;
+  CouplingRows   *o = &model->overlapping;
+  const PetscInt  width = Width(model);
+  const DemState *c = &model->copy;
+  DemState        s;
 
   PetscFunctionBegin;
   if (!model->part) PetscFunctionReturn(PETSC_SUCCESS);
-  model->whole_leads = PETSC_FALSE;
+  if (model->whole_leads) Lead(model, PETSC_FALSE);
   PetscCall(DemModelGetState(model->part, &s));
   for (PetscInt k = 0; k < o->n; k++) {
-    for (PetscInt d = 0; d < 3; d++) o->out[ROW * k + U + d] = s.u[d * s.n + o->here[k]];
-    for (PetscInt d = 0; d < 4; d++) o->out[ROW * k + ROT + d] = s.rot[d * s.n + o->here[k]];
+    PetscReal     *row = o->out + width * k;
+    const PetscInt p   = o->here[k];
+
+    for (PetscInt d = 0; d < 3; d++) {
+      row[U + d] = s.u[d * s.n + p];
+      if (width > V) row[V + d] = s.v[d * s.n + p];
+      if (width > F) row[F + d] = s.f[d * s.n + p];
+    }
+    for (PetscInt d = 0; d < 4; d++) row[ROT + d] = s.rot[d * s.n + p];
   }
   PetscCall(DemModelRestoreState(model->part, &s));
   PetscCall(Gather(model, o, model->place_type));
-  PetscCall(DemModelGetState(model->dem, &s));
   for (PetscInt k = 0; k < o->all; k++) {
-    const PetscInt p = model->particle[o->place[k]].p;
+    const PetscReal *row = o->in + width * k;
+    const PetscInt   p   = o->place[k];
 
-    for (PetscInt d = 0; d < 3; d++) s.u[d * s.n + p] = o->in[ROW * k + U + d];
-    for (PetscInt d = 0; d < 4; d++) s.rot[d * s.n + p] = o->in[ROW * k + ROT + d];
+    for (PetscInt d = 0; d < 3; d++) {
+      c->u[d * c->n + p] = row[U + d];
+      if (width > V) c->v[d * c->n + p] = row[V + d];
+      if (width > F) ((PetscReal *)c->f)[d * c->n + p] = row[F + d];
+    }
+    for (PetscInt d = 0; d < 4; d++) c->rot[d * c->n + p] = row[ROT + d];
   }
-  PetscCall(DemModelRestoreState(model->dem, &s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -197,24 +312,22 @@ PetscErrorCode CouplingPull_Internal(CouplingModel model)
 PetscErrorCode CouplingPush_Internal(CouplingModel model)
 {
   const CouplingRows *o = &model->overlapping, *r = &model->rims;
-  DemState            whole, part;
-  DemRim              from, to;
+  const DemState     *c = &model->copy;
+  DemState            part;
+  DemRim              to;
 
   PetscFunctionBegin;
   if (!model->part) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(DemModelGetState(model->dem, &whole));
   PetscCall(DemModelGetState(model->part, &part));
   for (PetscInt k = 0; k < o->n; k++)
     for (PetscInt d = 0; d < 3; d++) {
-      part.f_ext[d * part.n + o->here[k]] = whole.f_ext[d * whole.n + model->particle[o->whole[k]].p];
-      part.t_ext[d * part.n + o->here[k]] = whole.t_ext[d * whole.n + model->particle[o->whole[k]].p];
+      part.f_ext[d * part.n + o->here[k]] = c->f_ext[d * c->n + o->whole[k]];
+      part.t_ext[d * part.n + o->here[k]] = c->t_ext[d * c->n + o->whole[k]];
     }
-  PetscCall(DemModelRestoreState(model->dem, &whole));
   PetscCall(DemModelRestoreState(model->part, &part));
-  PetscCall(DemModelGetRim(model->dem, &from));
   PetscCall(DemModelGetRim(model->part, &to));
   for (PetscInt k = 0; k < r->n; k++)
-    for (PetscInt d = 0; d < 3; d++) to.u[3 * k + d] = from.u[3 * r->whole[k] + d];
+    for (PetscInt d = 0; d < 3; d++) to.u[3 * k + d] = model->rim_copy.u[3 * r->whole[k] + d];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -222,6 +335,7 @@ PetscErrorCode CouplingPush_Internal(CouplingModel model)
 PetscErrorCode CouplingPullRim_Internal(CouplingModel model)
 {
   CouplingRows *r = &model->rims;
+  PetscReal    *force = (PetscReal *)model->rim_copy.force;
   DemRim        rim;
 
   PetscFunctionBegin;
@@ -230,6 +344,26 @@ PetscErrorCode CouplingPullRim_Internal(CouplingModel model)
   for (PetscInt k = 0; k < 3 * r->n; k++) r->out[k] = rim.force[k];
   PetscCall(Gather(model, r, model->force_type));
   for (PetscInt k = 0; k < r->all; k++)
-    for (PetscInt d = 0; d < 3; d++) model->rim_force[3 * r->place[k] + d] = r->in[3 * k + d];
+    for (PetscInt d = 0; d < 3; d++) force[3 * r->place[k] + d] = r->in[3 * k + d];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* more [3][overlap's particles] [N]: added to the forces of the present state. */
+PetscErrorCode CouplingAddForces_Internal(CouplingModel model, const PetscReal more[])
+{
+  const CouplingRows *o = &model->overlapping;
+  const PetscBool     parts = (PetscBool)(model->part && !model->whole_leads);
+  DemModel            dem = parts ? model->part : model->dem;
+  PetscReal          *all;
+  DemState            s;
+
+  PetscFunctionBegin;
+  PetscCall(DemModelGetState(dem, &s));
+  PetscCall(PetscCalloc1(3 * s.n, &all));
+  for (PetscInt k = 0; k < (parts ? o->n : model->n_particles); k++)
+    for (PetscInt d = 0; d < model->dim; d++) all[d * s.n + (parts ? o->here[k] : model->particle[k].whole)] = more[d * model->n_particles + (parts ? o->whole[k] : k)];
+  PetscCall(DemModelRestoreState(dem, &s));
+  PetscCall(DemModelAddForces(dem, all));
+  PetscCall(PetscFree(all));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

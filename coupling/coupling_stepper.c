@@ -4,15 +4,13 @@
 PetscErrorCode CouplingRimForces_Internal(CouplingModel model)
 {
   const PetscInt dim = model->dim;
-  const PetscReal *force;
   DemRim         rim;
 
   PetscFunctionBegin;
-  PetscCall(DemModelGetRim(model->dem, &rim));
-  force = model->part && !model->whole_leads ? model->rim_force : rim.force;
+  PetscCall(CouplingRim_Internal(model, &rim));
   for (PetscInt k = 0; k < rim.n; k++)
     for (PetscInt a = 0; a < model->rim[k].n; a++)
-      for (PetscInt d = 0; d < dim; d++) model->g[model->rim[k].node[a] * dim + d] += model->rim[k].N[a] * force[3 * k + d];
+      for (PetscInt d = 0; d < dim; d++) model->g[model->rim[k].node[a] * dim + d] += model->rim[k].N[a] * rim.force[3 * k + d];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -41,6 +39,7 @@ static PetscErrorCode Join(CouplingModel model, PetscReal dt)
     PetscCall(CouplingGiveNodes_Internal(model));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  if (model->part && !model->whole_leads) PetscCall(CouplingPull_Internal(model)); /* forces as they are now */
   PetscCall(CouplingRimForces_Internal(model));
   PetscCall(CouplingMultiply_Internal(model, model->moving ? dt : 0.5 * dt, dt));
   PetscCall(FemModelGetState(model->fem, &fs));
@@ -51,19 +50,22 @@ static PetscErrorCode Join(CouplingModel model, PetscReal dt)
 
 PetscErrorCode CouplingStart_Internal(CouplingModel model, PetscReal dt)
 {
+  const PetscBool whole = (PetscBool)(!model->part || model->whole_leads); /* the particles as one, or their parts, have the state */
+
   PetscFunctionBegin;
-  PetscCall(CouplingGather_Internal(model));
-  model->whole_leads = PETSC_TRUE;
   model->dt = model->reference > 0 ? model->reference : dt; /* the springs belong to the step: P = c / dt^2 */
+  if (!whole) PetscCall(CouplingPull_Internal(model));
   if (model->options.method == COUPLING_CONSISTENT) {
     PetscCall(CouplingMultiplierHold_Internal(model));
     model->holding = PETSC_TRUE;
   }
   PetscCall(CouplingForces_Internal(model));
   if (model->options.absorber) PetscCall(CouplingAbsorb_Internal(model, dt, PETSC_FALSE));
-  PetscCall(DemModelComputeForces(model->dem));
+  if (!whole) PetscCall(CouplingPush_Internal(model));
+  PetscCall(DemModelComputeForces(whole ? model->dem : model->part));
+  if (!whole) PetscCall(CouplingPullRim_Internal(model));
   PetscCall(Join(model, dt));
-  if (model->ready) PetscCall(CouplingSpread_Internal(model));
+  if (whole && model->ready) PetscCall(CouplingSpread_Internal(model));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -80,6 +82,7 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal macro)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (model->dt != (model->reference > 0 ? model->reference : dt)) PetscCall(CouplingStart_Internal(model, dt));
+  PetscCall(CouplingForget_Internal(model));
   for (PetscInt k = 0; k < m; k++) {
     if (model->far) PetscCall(FemModelFarStep(model->fem, t + k * dt, dt, k));
     else if (m == 1) PetscCall(model->fem_stepper.step(model->fem, t, dt));
@@ -88,8 +91,8 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal macro)
     model->moving = PETSC_TRUE;
     PetscCall(CouplingPull_Internal(model));
     PetscCall(CouplingForces_Internal(model));
-    PetscCall(CouplingPush_Internal(model));
     if (model->options.absorber) PetscCall(CouplingAbsorb_Internal(model, dt, PETSC_TRUE));
+    PetscCall(CouplingPush_Internal(model));
     PetscCall(DemModelEvaluate(CouplingMoving(model), dt));
     PetscCall(CouplingPullRim_Internal(model));
     PetscCall(Join(model, dt));

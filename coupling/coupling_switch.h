@@ -28,7 +28,7 @@ typedef struct {
   CouplingSplit  split;
   CouplingCarved carved;
   FemModel       fem;
-  DemModel       dem, part; /* part: on several ranks */
+  DemModel       dem, part; /* part: on several ranks; dem is then the model's, and there during events alone */
   CouplingModel  model;
   Stepper        stepper;
   PetscInt       n_watched, *watched; /* bonds of the overlap that cannot break: facets of carved.cells */
@@ -81,6 +81,7 @@ struct _p_CouplingSwitch {
 PetscErrorCode CouplingHomes_Internal(const Mesh *whole, const DemPacking *packing, const DemCells *cells, PetscInt **particle, PetscInt **facet);
 PetscErrorCode CouplingCarve_Internal(const CouplingWhole *w, const PetscInt ring[], CouplingCarved *carved);
 PetscErrorCode CouplingCarvedDestroy_Internal(CouplingCarved *carved);
+PetscErrorCode CouplingDropCells_Internal(CouplingCarved *carved); /* all but their number: they can be carved again */
 
 /* coupling_criterion.c */
 PetscReal CouplingUse_Internal(const CouplingSwitchOptions *options, const DemStrength *strength, PetscInt dim, const PetscReal stress[6]);

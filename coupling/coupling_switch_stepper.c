@@ -26,7 +26,7 @@ static PetscErrorCode Step(void *ctx, PetscReal t, PetscReal dt)
   PetscCall(CouplingModelGetReport(sw->now->model, &report));
   parts = sw->substeps / report.substeps;
   for (PetscInt k = 0; k < parts; k++) PetscCall(sw->now->stepper.step(sw->now->model, t + k * (dt / parts), dt / parts));
-  PetscCall(DemModelGetCounts(sw->now->dem, NULL, &bonds, NULL));
+  PetscCall(DemModelGetCounts(CouplingMoving(sw->now->model), NULL, &bonds, NULL));
   PetscCall(FemModelGetCounts(sw->now->fem, NULL, &elements, NULL));
   sw->bond_steps += (PetscReal)bonds * sw->substeps;
   sw->element_steps += (PetscReal)elements * parts;

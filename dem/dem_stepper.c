@@ -348,7 +348,7 @@ PetscErrorCode DemModelComputeForces(DemModel model)
 PetscErrorCode DemModelAddForces(DemModel model, const PetscReal force[])
 {
   PetscFunctionBegin;
-  PetscCheck(model->ready && !model->ranks, model->comm, PETSC_ERR_ORDER, "Forces are added after DemModelSetUp(), on one rank");
+  PetscCheck(model->ready, model->comm, PETSC_ERR_ORDER, "Forces are added after DemModelSetUp()");
   for (PetscInt k = 0; k < model->dim * model->n; k++) model->f[k] += force[k];
   PetscFunctionReturn(PETSC_SUCCESS);
 }

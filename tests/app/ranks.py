@@ -110,6 +110,10 @@ def same(folder, one, other, arrays=60):
             for name in found:
                 compared += 1
                 x, y = p[name][()], q[name][()]
+                if name.endswith("tool_force"):  # a sum over the ranks
+                    if abs(x - y).max() > 1e-10 * abs(x).max():
+                        fail(name, "in", frame, "differs in", other, abs(x - y).max())
+                    continue
                 if x.shape != y.shape or x.tobytes() != y.tobytes():
                     fail(name, "in", frame, "differs in", other)
     if compared < arrays:
@@ -162,16 +166,16 @@ def main():
         flow = GRAINS.replace("[0 m/s2, -9.81 m/s2]", "[-40 m/s2, -9.81 m/s2]").replace("restitution: 0.3}\noutput", "restitution: 0.3, domain: box, low: [0 mm, -5 mm], high: [200 mm, 200 mm]}\noutput").replace("end: 30 ms", "end: 60 ms, rebalance: 40")
         with open(os.path.join(folder, "flow.yaml"), "w") as file:
             file.write(flow)
-        for ranks, output in ((1, "one"), (2, "two"), (3, "three")):
+        for ranks, output in ((1, "one"), (2, "two")):
             run(folder, ranks, "flow" + output, scene="flow.yaml")
         run(folder, 3, "flowon", "--stop-after", "700", scene="flow.yaml")
         run(folder, 2, "flowon", "--resume", scene="flow.yaml")
-        for output in ("two", "three", "on"):
+        for output in ("two", "on"):
             same(folder, "flowone", "flow" + output, arrays=15)
-            with open(os.path.join(folder, "flow" + output, "summary.json")) as file:
-                sharing = json.load(file)["sharing"]
-            if sharing["looks"] < 10 or not 0 < sharing["shared_out_anew"] < sharing["looks"] / 2 or sharing["busiest_over_mean_after"] > 0.95 * sharing["busiest_over_mean_before"]:
-                fail("sharing", output, sharing)
+        with open(os.path.join(folder, "flowtwo", "summary.json")) as file:
+            sharing = json.load(file)["sharing"]
+        if sharing["looks"] < 10 or not 0 < sharing["shared_out_anew"] < sharing["looks"] / 2 or sharing["busiest_over_mean_after"] > 0.95 * sharing["busiest_over_mean_before"]:
+            fail("sharing", sharing)
         rain = GRAINS.replace("bonded: false", "bonded: false, rain: {rate: 1000 Hz, until: 20 ms}").replace(", porosity: 0.5", "")
         with open(os.path.join(folder, "grains.yaml"), "w") as file:
             file.write(rain)
