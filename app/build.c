@@ -229,17 +229,14 @@ static PetscErrorCode SetJoints(AppCase *c, const char *body)
 /* What particles do on one rank alone, told before the packing is made. */
 static PetscErrorCode CheckRanks(AppCase *c)
 {
-  static const char *const key[] = {"clump", "rain"};
-  char                     path[256];
-  PetscBool                has;
+  char      path[256];
+  PetscBool has;
 
   PetscFunctionBegin;
   if (c->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < 2; k++) {
-    PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.%s", AppGrains(c)->name, key[k]));
-    PetscCall(SceneHas(c->scene, path, &has));
-    if (has) PetscCall(SceneFail(c->scene, path, "%s: particles of this kind run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", key[k], (int)c->size));
-  }
+  PetscCall(PetscSNPrintf(path, sizeof(path), "bodies.%s.dem.clump", AppGrains(c)->name));
+  PetscCall(SceneHas(c->scene, path, &has));
+  if (has) PetscCall(SceneFail(c->scene, path, "clump: particles of this kind run on one rank for now, not %d; give them threads instead: cleave run SCENE --threads N", (int)c->size));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

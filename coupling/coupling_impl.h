@@ -35,6 +35,13 @@ typedef struct {
   PetscReal   *out, *in;
 } CouplingRows;
 
+/* Weights of the particles' side, packing's and cells' order. */
+typedef struct {
+  PetscReal *wm, *wp, *wf; /* [particles] of mass, of volumetric energy, [facets] of the pair energy */
+  PetscInt  *row;          /* [particles] of model->particle, -1 */
+  PetscBool *breakable;    /* [facets] */
+} CouplingWeights;
+
 struct _p_CouplingModel {
   MPI_Comm             comm;
   const CouplingSplit *split;
@@ -134,14 +141,18 @@ PetscErrorCode CouplingRelax_Internal(CouplingModel model, PetscReal t, PetscRea
 PetscErrorCode CouplingParticles_Internal(CouplingModel model, DemState *s);
 PetscErrorCode CouplingRim_Internal(CouplingModel model, DemRim *rim);
 /* coupling_ranks.c: nothing to do on one rank */
-PetscErrorCode CouplingRefuse_Internal(CouplingModel model);
+PetscErrorCode CouplingCheckPart_Internal(CouplingModel model);
 PetscErrorCode CouplingPartSetUp_Internal(CouplingModel model);
 PetscErrorCode CouplingPartDestroy_Internal(CouplingModel model);
 PetscErrorCode CouplingGather_Internal(CouplingModel model); /* the parts' state to the whole model of every rank, which must be there */
 PetscErrorCode CouplingSpread_Internal(CouplingModel model); /* and back */
 PetscErrorCode CouplingForget_Internal(CouplingModel model); /* the whole model goes, once the parts lead */
 PetscErrorCode CouplingRecall_Internal(CouplingModel model, DemModel dem, const DemPacking *packing, const DemCells *cells); /* and comes again, made anew but not set up: weights, set-up, state */
-PetscErrorCode CouplingGive_Internal(CouplingModel model, DemModel dem, const DemPacking *packing, const DemCells *cells); /* coupling_model.c: its weights to a model of the particles */
+/* coupling_weights.c. particle: out, where those of the overlap are, with room for all; NULL: known already */
+PetscErrorCode CouplingWeightsCreate_Internal(CouplingModel model, const DemPacking *packing, const DemCells *cells, CouplingParticle *particle, CouplingWeights *w);
+PetscErrorCode CouplingWeightsGive_Internal(CouplingModel model, const CouplingWeights *w, const DemPacking *packing, DemModel dem); /* to a model that is not yet set up */
+PetscErrorCode CouplingWeightsDestroy_Internal(CouplingWeights *w);
+PetscErrorCode CouplingGive_Internal(CouplingModel model, DemModel dem, const DemPacking *packing, const DemCells *cells); /* all three */
 PetscErrorCode CouplingPull_Internal(CouplingModel model);
 PetscErrorCode CouplingPush_Internal(CouplingModel model);
 PetscErrorCode CouplingPullRim_Internal(CouplingModel model);

@@ -305,100 +305,11 @@ static PetscErrorCode SetInSitu(CouplingModel model)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetStart(CouplingModel model, const DemPacking *packing, DemModel dem)
-{
-  PetscReal *start;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(3 * packing->n, &start));
-  for (PetscInt p = 0; p < packing->n; p++) CouplingBefore(model, &packing->x[3 * p], start + 3 * p);
-  PetscCall(DemModelSetStart(dem, start));
-  PetscCall(PetscFree(start));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Weights of the particles' side, packing's and cells' order. */
-typedef struct {
-  PetscReal *wm, *wp, *wf; /* [particles] of mass, of volumetric energy, [facets] of the pair energy */
-  PetscInt  *row;          /* [particles] of model->particle, -1 */
-  PetscBool *breakable;    /* [facets] */
-} Weights;
-
-/* particle [as many as lie in the overlap]: out, where; its room is that of all. NULL: known already. */
-static PetscErrorCode WeightsCreate(CouplingModel model, const DemPacking *packing, const DemCells *cells, CouplingParticle *particle, Weights *w)
-{
-  const PetscInt n = packing->n;
-  PetscInt       found_all = 0;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc5(n, &w->wm, n, &w->wp, n, &w->row, cells->n_facets, &w->wf, cells->n_facets, &w->breakable));
-  for (PetscInt p = 0; p < n; p++) {
-    CouplingPoint at;
-    PetscBool     found;
-
-    w->row[p] = -1;
-    w->wm[p]  = 1;
-    PetscCall(CouplingLocate_Internal(model, &packing->x[3 * p], 1e-9, &found, &at));
-    if (!found) continue;
-    if (particle) {
-      particle[found_all].p  = p; /* the packing's, until set-up */
-      particle[found_all].at = at;
-    }
-    w->row[p] = found_all++;
-    w->wm[p]  = 1 - CouplingWeight_Internal(model, &at);
-  }
-  if (particle) model->n_particles = found_all;
-  /* A cell beside a particle without elements keeps its whole volumetric energy: that neighbour has nothing to balance a smaller share. */
-  for (PetscInt p = 0; p < n; p++) w->wp[p] = w->wm[p];
-  for (PetscInt f = 0; f < cells->n_facets; f++)
-    if ((w->row[cells->p[f]] < 0) != (w->row[cells->q[f]] < 0)) w->wp[cells->p[f]] = w->wp[cells->q[f]] = 1;
-  for (PetscInt f = 0; f < cells->n_facets; f++) {
-    CouplingPoint at;
-    PetscBool     found = PETSC_FALSE;
-
-    w->wf[f]        = 1;
-    w->breakable[f] = (PetscBool)(w->row[cells->p[f]] < 0 && w->row[cells->q[f]] < 0);
-    if (w->row[cells->p[f]] < 0 || w->row[cells->q[f]] < 0) continue; /* one end outside: full weight */
-    PetscCall(CouplingLocate_Internal(model, &cells->at[3 * f], 1e-6, &found, &at));
-    if (found) w->wf[f] = 1 - CouplingWeight_Internal(model, &at);
-    if (particle) model->overlap_bonds++;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode WeightsDestroy(Weights *w)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscFree5(w->wm, w->wp, w->row, w->wf, w->breakable));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Give(CouplingModel model, const Weights *w, const DemPacking *packing, DemModel dem)
-{
-  PetscFunctionBegin;
-  PetscCall(DemModelSetWeights(dem, w->wm, w->wp, w->wf));
-  PetscCall(DemModelSetBreakable(dem, w->breakable));
-  PetscCall(DemModelSetRim(dem, COUPLING_RIM));
-  if (model->before) PetscCall(SetStart(model, packing, dem));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode CouplingGive_Internal(CouplingModel model, DemModel dem, const DemPacking *packing, const DemCells *cells)
-{
-  Weights w;
-
-  PetscFunctionBegin;
-  PetscCall(WeightsCreate(model, packing, cells, NULL, &w));
-  PetscCall(Give(model, &w, packing, dem));
-  PetscCall(WeightsDestroy(&w));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel dem, const DemPacking *packing, const DemCells *cells, const FemMaterial *material, FemKind kind, PetscReal thickness)
 {
   PetscReal particles[4] = {0}; /* [kg], [kg m] */
   PetscInt  rim_face = -1, edges = 0;
-  Weights   w;
+  CouplingWeights w;
 
   PetscFunctionBegin;
   PetscCheck(model->split && !model->fem, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetSplit() once, then CouplingModelSetSides() once");
@@ -413,7 +324,7 @@ PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel
   PetscCall(ElementShares(model));
 
   PetscCall(PetscCalloc1(packing->n, &model->particle));
-  PetscCall(WeightsCreate(model, packing, cells, model->particle, &w));
+  PetscCall(CouplingWeightsCreate_Internal(model, packing, cells, model->particle, &w));
   BaseCheckInput(model->n_particles > 0, model->comm, "No particle lies in the overlap of '%s'; the particles are larger than its elements, use a smaller packing radius", model->split->fem.source);
   PetscCall(PetscRealloc((size_t)model->n_particles * sizeof(*model->particle), &model->particle)); /* they are few */
   PetscCall(FemModelSetCellWeights(fem, model->alpha));
@@ -425,13 +336,13 @@ PetscErrorCode CouplingModelSetSides(CouplingModel model, FemModel fem, DemModel
   }
   PetscCall(NodeMasses(model, material->density, particles));
   PetscCall(SetInSitu(model));
-  PetscCall(Give(model, &w, packing, dem));
-  if (model->part) PetscCall(Give(model, &w, packing, model->part));
+  PetscCall(CouplingWeightsGive_Internal(model, &w, packing, dem));
+  if (model->part) PetscCall(CouplingWeightsGive_Internal(model, &w, packing, model->part));
   PetscCall(DemModelFindFace(dem, COUPLING_RIM, &rim_face));
   for (PetscInt k = 0; k < cells->n_walls; k++) edges += cells->wall_face[k] == rim_face;
   PetscCall(PetscMalloc2(edges, &model->edge, 3 * edges, &model->edge_pull));
   if (model->options.affine) PetscCall(AffineForces(model, packing, cells, w.wp, w.wf, w.row, rim_face));
-  PetscCall(WeightsDestroy(&w));
+  PetscCall(CouplingWeightsDestroy_Internal(&w));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -509,7 +420,7 @@ PetscErrorCode CouplingModelSetUp(CouplingModel model)
   PetscFunctionBegin;
   PetscCheck(model->fem && !model->ready, model->comm, PETSC_ERR_ORDER, "Call CouplingModelSetSides(), then CouplingModelSetUp() once");
   PetscCall(CheckMethod(model));
-  PetscCall(CouplingRefuse_Internal(model));
+  PetscCall(CouplingCheckPart_Internal(model));
   PetscCall(FemModelSetUp(model->fem));
   PetscCall(DemModelSetUp(model->dem));
   PetscCall(FemModelGetState(model->fem, &fs));

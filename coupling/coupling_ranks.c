@@ -28,16 +28,13 @@ PetscErrorCode CouplingModelSetPart(CouplingModel model, DemModel part)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CouplingRefuse_Internal(CouplingModel model)
+PetscErrorCode CouplingCheckPart_Internal(CouplingModel model)
 {
-  const CouplingOptions *o = &model->options;
-  PetscMPIInt            size;
+  PetscMPIInt size;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(model->comm, &size));
   PetscCheck((size > 1) == (model->part != NULL), model->comm, PETSC_ERR_ORDER, "On several ranks, and only there, a coupled body needs CouplingModelSetPart()");
-  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  BaseCheckInput(o->far != COUPLING_FAR_STATIC, model->comm, "A static far field runs on one rank for now, not %d; give it threads instead: cleave run SCENE --threads N", (int)size);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -11,6 +11,25 @@
 #define CROSS 4      /* crossings of the particles' region while the load comes in */
 #define LOOK  10     /* iterations between looks at the balance */
 
+/* Of all ranks' particles, in the ranks' order; nothing on one rank. */
+static PetscErrorCode SumRanks(CouplingModel model, PetscInt n, PetscReal *a)
+{
+  PetscMPIInt size;
+  PetscReal  *all;
+
+  PetscFunctionBegin;
+  if (!model->part) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_size(model->comm, &size));
+  PetscCall(PetscMalloc1(n * size, &all));
+  PetscCallMPI(MPI_Allgather(a, (PetscMPIInt)n, MPIU_REAL, all, (PetscMPIInt)n, MPIU_REAL, model->comm));
+  for (PetscInt k = 0; k < n; k++) {
+    a[k] = 0;
+    for (PetscMPIInt s = 0; s < size; s++) a[k] += all[n * s + k];
+  }
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Largest extent of the particles' mesh [m]. */
 static PetscReal Extent(CouplingModel model)
 {
@@ -32,12 +51,13 @@ static PetscReal Extent(CouplingModel model)
 /* One iteration of the particles: velocities kept by `keep`, then a kick and a drift; what the drag took [J]. old [12][n]: velocities, then forces before. */
 static PetscErrorCode MoveParticles(CouplingModel model, PetscReal t, PetscReal dt, PetscReal keep, PetscReal *old)
 {
+  const DemModel dem = CouplingMoving(model);
   DemState       s;
   PetscReal      lost = 0;
   PetscInt       n, turns;
 
   PetscFunctionBegin;
-  PetscCall(DemModelGetState(model->dem, &s));
+  PetscCall(DemModelGetState(dem, &s));
   n     = s.n;
   turns = s.dim == 3 ? 3 : 1;
   PetscCall(PetscArraycpy(old, s.v, 3 * n));
@@ -46,12 +66,15 @@ static PetscErrorCode MoveParticles(CouplingModel model, PetscReal t, PetscReal 
   PetscCall(PetscArraycpy(old + 9 * n, s.torque, turns * n));
   for (PetscInt k = 0; k < 3 * n; k++) s.v[k] *= keep;
   for (PetscInt k = 0; k < turns * n; k++) s.spin[k] *= keep;
-  PetscCall(DemModelRestoreState(model->dem, &s)); /* s is empty now */
-  PetscCall(DemModelAdvance(model->dem, t - dt, dt));
-  PetscCall(DemModelGetState(model->dem, &s));
-  for (PetscInt k = 0; k < s.dim * n; k++) lost += 0.5 * (1 - keep) * s.mass[k % n] * old[k] * (old[k] + s.v[k]);
-  for (PetscInt k = 0; k < turns * n; k++) lost += 0.5 * (1 - keep) * s.inertia[k % n] * old[3 * n + k] * (old[3 * n + k] + s.spin[k]);
-  PetscCall(DemModelRestoreState(model->dem, &s));
+  PetscCall(DemModelRestoreState(dem, &s)); /* s is empty now */
+  PetscCall(DemModelAdvance(dem, t - dt, dt));
+  PetscCall(DemModelGetState(dem, &s));
+  for (PetscInt k = 0; k < s.dim * n; k++)
+    if (k % n < s.own) lost += 0.5 * (1 - keep) * s.mass[k % n] * old[k] * (old[k] + s.v[k]);
+  for (PetscInt k = 0; k < turns * n; k++)
+    if (k % n < s.own) lost += 0.5 * (1 - keep) * s.inertia[k % n] * old[3 * n + k] * (old[3 * n + k] + s.spin[k]);
+  PetscCall(DemModelRestoreState(dem, &s));
+  PetscCall(SumRanks(model, 1, &lost));
   model->relaxed += lost;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -59,22 +82,28 @@ static PetscErrorCode MoveParticles(CouplingModel model, PetscReal t, PetscReal 
 /* Rayleigh's sums of the particles' last motion. */
 static PetscErrorCode AddSums(CouplingModel model, const PetscReal *old, FemRelax *sums)
 {
-  DemState s;
-  PetscInt n, turns;
+  PetscReal all[2] = {0, 0}; /* change, moving */
+  DemState  s;
+  PetscInt  n, turns;
 
   PetscFunctionBegin;
-  PetscCall(DemModelGetState(model->dem, &s));
+  PetscCall(DemModelGetState(CouplingMoving(model), &s));
   n     = s.n;
   turns = s.dim == 3 ? 3 : 1;
   for (PetscInt k = 0; k < s.dim * n; k++) {
-    sums->change += s.v[k] * (old[6 * n + k] - s.f[k]);
-    sums->moving += s.mass[k % n] * s.v[k] * s.v[k];
+    if (k % n >= s.own) continue;
+    all[0] += s.v[k] * (old[6 * n + k] - s.f[k]);
+    all[1] += s.mass[k % n] * s.v[k] * s.v[k];
   }
   for (PetscInt k = 0; k < turns * n; k++) {
-    sums->change += s.spin[k] * (old[9 * n + k] - s.torque[k]);
-    sums->moving += s.inertia[k % n] * s.spin[k] * s.spin[k];
+    if (k % n >= s.own) continue;
+    all[0] += s.spin[k] * (old[9 * n + k] - s.torque[k]);
+    all[1] += s.inertia[k % n] * s.spin[k] * s.spin[k];
   }
-  PetscCall(DemModelRestoreState(model->dem, &s));
+  PetscCall(DemModelRestoreState(CouplingMoving(model), &s));
+  PetscCall(SumRanks(model, 2, all));
+  sums->change += all[0];
+  sums->moving += all[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -83,12 +112,15 @@ static PetscErrorCode Balance(CouplingModel model, const FemRelax *sums, PetscRe
 {
   DemState  s;
   PetscReal net = 0, ratio;
+  PetscInt  particles;
 
   PetscFunctionBegin;
-  PetscCall(DemModelGetState(model->dem, &s));
-  for (PetscInt p = 0; p < s.n; p++) net += PetscSqrtReal(PetscSqr(s.f[p]) + PetscSqr(s.f[s.n + p]) + PetscSqr(s.f[2 * s.n + p])) / s.n;
-  PetscCall(DemModelRestoreState(model->dem, &s));
-  PetscCall(model->dem_stepper.unbalanced(model->dem, &ratio));
+  PetscCall(DemModelGetCounts(CouplingMoving(model), &particles, NULL, NULL));
+  PetscCall(DemModelGetState(CouplingMoving(model), &s));
+  for (PetscInt p = 0; p < s.own; p++) net += PetscSqrtReal(PetscSqr(s.f[p]) + PetscSqr(s.f[s.n + p]) + PetscSqr(s.f[2 * s.n + p])) / particles;
+  PetscCall(DemModelRestoreState(CouplingMoving(model), &s));
+  PetscCall(SumRanks(model, 1, &net));
+  PetscCall(model->dem_stepper.unbalanced(CouplingMoving(model), &ratio));
   if (ratio > 0) model->through[1] = PetscMax(model->through[1], net / ratio);
   if (sums->all > 0) model->through[0] = PetscMax(model->through[0], sums->through / sums->all);
   *fem = model->through[0] > 0 && sums->free > 0 ? sums->left / sums->free / model->through[0] : 0;
@@ -108,9 +140,10 @@ PetscErrorCode CouplingRelax_Internal(CouplingModel model, PetscReal t, PetscRea
   PetscFunctionBegin;
   model->reference = dt;
   if (model->dt != dt) PetscCall(CouplingStart_Internal(model, dt));
-  PetscCall(DemModelGetState(model->dem, &s));
+  PetscCall(CouplingForget_Internal(model));
+  PetscCall(DemModelGetState(CouplingMoving(model), &s));
   PetscCall(PetscCalloc1(12 * s.n, &old));
-  PetscCall(DemModelRestoreState(model->dem, &s));
+  PetscCall(DemModelRestoreState(CouplingMoving(model), &s));
   PetscCall(FemModelFarLoad(model->fem, t, h, dt));
   for (j = 1; j <= MOST; j++) {
     const PetscReal share = PetscMin(1, (PetscReal)j / ramp);
@@ -119,8 +152,11 @@ PetscErrorCode CouplingRelax_Internal(CouplingModel model, PetscReal t, PetscRea
 
     PetscCall(FemModelFarRelax(model->fem, share, keep, &sums));
     PetscCall(MoveParticles(model, t + share * h, dt, keep, old));
+    PetscCall(CouplingPull_Internal(model));
     PetscCall(CouplingForces_Internal(model));
-    PetscCall(DemModelEvaluate(model->dem, dt));
+    PetscCall(CouplingPush_Internal(model));
+    PetscCall(DemModelEvaluate(CouplingMoving(model), dt));
+    PetscCall(CouplingPullRim_Internal(model));
     PetscCall(CouplingGiveNodes_Internal(model));
     PetscCall(AddSums(model, old, &sums));
     square = sums.moving > 0 ? sums.change * dt / sums.moving : 0; /* (omega dt)^2 */

@@ -3,7 +3,8 @@
 
   All of them exist from the start, asleep: marked as gone, without velocity or force, in no list. At its instant a grain
   is put at a random place of the body's box where it touches nobody; from then on it is a particle like any other. Places
-  are numbers of a seed and of the instant, so a run, its resumed twin and one with more threads lay down the same rain.
+  are numbers of a seed and of the instant, so a run, its resumed twin and one with more threads lay down the same rain. On
+  several ranks each looks whether the place is free of its own grains, and the grain's owner puts it there.
 */
 #include "dem_pack_impl.h"
 #include "dem_tool_impl.h"
@@ -49,16 +50,17 @@ void DemRainSleep_Internal(DemModel model)
     for (PetscInt d = 0; d < model->dim; d++) model->v[d * model->n + p] = model->f[d * model->n + p] = 0;
   }
   for (PetscInt k = 0; k < 3 * model->clumps.n; k++) model->clumps.v[k] = 0;
-  model->contacts.n_gone = model->n;
+  model->contacts.n_gone = model->ranks ? model->ranks->particles : model->n; /* of all ranks */
 }
 
+/* Of what is kept here. */
 static PetscBool Free(DemModel model, const PetscReal x[3], PetscReal r)
 {
   const DemContacts *c = &model->contacts;
   const PetscInt     n = model->n, dim = model->dim;
   DemTouch           touch[DEM_TOUCHES];
 
-  for (PetscInt p = 0; p < n; p++) {
+  for (PetscInt p = 0; p < model->own; p++) {
     PetscReal d2 = 0;
 
     if (c->gone[p]) continue;
@@ -95,14 +97,15 @@ static void WakeClump(DemModel model, PetscInt k, const PetscReal x[3])
   model->work_in += PetscAbsReal(brought);
 }
 
-/* Grain p wakes at x; half a step of its weight behind, as velocities are, and its kinetic energy comes from outside.  Eqs (5.84), (5.85) */
-static void Wake(DemModel model, PetscInt p, const PetscReal x[3])
+/* Grain p, -1: another rank's, wakes at x; half a step of its weight behind, as velocities are, and its kinetic energy comes from outside.  Eqs (5.84), (5.85) */
+static PetscErrorCode Wake(DemModel model, PetscInt p, const PetscReal x[3])
 {
   const PetscInt  n = model->n;
   const PetscReal dt = model->started ? model->dt_last : 0;
   PetscReal       brought = 0;
 
-  for (PetscInt d = 0; d < model->dim; d++) {
+  PetscFunctionBegin;
+  for (PetscInt d = 0; d < model->dim && p >= 0; d++) {
     const PetscReal g = model->gravity[d], v = model->initial_velocity[d] - 0.5 * dt * g;
 
     model->x0[d * n + p] = model->packing.x[3 * model->at[p] + d] = x[d];
@@ -110,11 +113,30 @@ static void Wake(DemModel model, PetscInt p, const PetscReal x[3])
     model->v[d * n + p] = v;
     brought += 0.5 * model->mass[p] * v * (v + dt * g);
   }
-  model->contacts.gone[p] = 0;
+  if (p >= 0) model->contacts.gone[p] = 0;
   model->contacts.n_gone--;
-  if (!model->started) return; /* what is there at time 0 is where the ledger starts */
-  model->contacts.taken -= brought;
+  if (!model->started) PetscFunctionReturn(PETSC_SUCCESS); /* what is there at time 0 is where the ledger starts */
+  model->contacts.taken -= brought; /* a sum over the ranks, but work_in is told by each */
+  PetscCall(DemSumRanks_Internal(model, 1, &brought));
   model->work_in += PetscAbsReal(brought);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where grain k of the packing is kept, -1: by another rank; its radius. */
+static PetscErrorCode FindGrain(DemModel model, PetscInt k, PetscInt *p, PetscReal *r)
+{
+  PetscFunctionBegin;
+  if (!model->ranks) {
+    *p = model->rank_of[k];
+    *r = model->r[*p];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  *p = -1;
+  for (PetscInt i = 0; i < model->own && *p < 0; i++)
+    if (model->ranks->number[i] == k) *p = i;
+  *r = *p < 0 ? 0 : model->r[*p];
+  PetscCall(DemSumRanks_Internal(model, 1, r));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode DemRainFall_Internal(DemModel model)
@@ -124,17 +146,23 @@ PetscErrorCode DemRainFall_Internal(DemModel model)
 
   PetscFunctionBegin;
   for (; rain->turn < all && (PetscReal)rain->turn <= model->time * rain->rate * (1 + 1e-12); rain->turn++) {
-    const PetscInt  k = rain->next, p = model->clumps.n ? -1 : model->rank_of[k]; /* all are clumps, or none is */
-    const PetscReal r = model->clumps.n ? model->clumps.reach[k] : model->r[p];
+    const PetscInt k = rain->next;
+    PetscInt       p = -1;
+    PetscReal      r;
 
+    if (model->clumps.n) r = model->clumps.reach[k]; /* all are clumps, or none is */
+    else PetscCall(FindGrain(model, k, &p, &r));
     for (PetscInt place = 0; place < PLACES; place++) {
       PetscReal x[3] = {0};
+      PetscInt  taken;
 
       for (PetscInt d = 0; d < model->dim; d++)
         x[d] = model->body.low[d] + r + (model->body.high[d] - model->body.low[d] - 2 * r) * DemPackRandom(rain->seed, STREAM_RAIN + d, PLACES * (PetscInt64)rain->turn + place);
-      if (!Free(model, x, r)) continue;
+      taken = !Free(model, x, r);
+      PetscCall(DemContactsAgree_Internal(model, 1, &taken));
+      if (taken) continue;
       if (model->clumps.n) WakeClump(model, k, x);
-      else Wake(model, p, x);
+      else PetscCall(Wake(model, p, x));
       rain->next++;
       break;
     }
@@ -149,7 +177,7 @@ PetscErrorCode DemRainSave_Internal(DemModel model, Checkpoint c)
 
   PetscFunctionBegin;
   PetscCall(CheckpointWriteInt(c, "dem/rain", 2, state));
-  PetscCall(CheckpointWriteReal(c, "dem/rest_position", 3 * model->n, model->x0));
+  PetscCall(DemSaveRows_Internal(model, c, "dem/rest_position", DEM_OF_PARTICLES, 3, 1, model->x0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -159,7 +187,7 @@ PetscErrorCode DemRainLoad_Internal(DemModel model, Checkpoint c)
 
   PetscFunctionBegin;
   PetscCall(CheckpointReadInt(c, "dem/rain", 2, state));
-  PetscCall(CheckpointReadReal(c, "dem/rest_position", 3 * model->n, model->x0));
+  PetscCall(DemLoadRows_Internal(model, c, "dem/rest_position", DEM_OF_PARTICLES, 3, 1, model->x0));
   model->rain.turn = state[0];
   model->rain.next = state[1];
   for (PetscInt p = 0; p < model->n; p++)

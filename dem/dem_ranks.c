@@ -163,7 +163,6 @@ static PetscErrorCode Refuse(DemModel model)
 {
   PetscFunctionBegin;
   BaseCheckInput(!model->clumps.n, model->comm, "Clumps run on one rank for now; give them threads instead: cleave run SCENE --threads N");
-  BaseCheckInput(model->rain.rate == 0, model->comm, "A rain of grains runs on one rank for now; give it threads instead: cleave run SCENE --threads N");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -176,11 +176,18 @@ def main():
             sharing = json.load(file)["sharing"]
         if sharing["looks"] < 10 or not 0 < sharing["shared_out_anew"] < sharing["looks"] / 2 or sharing["busiest_over_mean_after"] > 0.95 * sharing["busiest_over_mean_before"]:
             fail("sharing", sharing)
-        rain = GRAINS.replace("bonded: false", "bonded: false, rain: {rate: 1000 Hz, until: 20 ms}").replace(", porosity: 0.5", "")
-        with open(os.path.join(folder, "grains.yaml"), "w") as file:
+        rain = GRAINS.replace("bonded: false", "bonded: false, rain: {rate: 60 kHz, until: 20 ms}").replace(", porosity: 0.5", "").replace("energies, force", "energies, grains, force")
+        with open(os.path.join(folder, "rain.yaml"), "w") as file:
             file.write(rain)
-        if "rain: particles of this kind run on one rank for now" not in run(folder, 2, "rain", scene="grains.yaml", expect=2):
-            fail("a rain on ranks is not refused in its place")
+        run(folder, 1, "rainone", scene="rain.yaml")
+        run(folder, 2, "raintwo", "--stop-after", "300", scene="rain.yaml")
+        run(folder, 3, "raintwo", "--resume", scene="rain.yaml")
+        same(folder, "rainone", "raintwo", arrays=15)
+        clump = GRAINS.replace("dimension: 2\nthickness: 10 mm", "dimension: 3").replace("size: [120 mm, 80 mm]", "size: [120 mm, 80 mm, 80 mm]").replace("bonded: false", "bonded: false, clump: {spheres: [{at: [0 mm, 0 mm, 0 mm], radius: 1 mm}, {at: [1 mm, 0 mm, 0 mm], radius: 1 mm}]}")
+        with open(os.path.join(folder, "grains.yaml"), "w") as file:
+            file.write(clump.replace("[0 mm, -0.5 mm]", "[0 mm, -0.5 mm, 0 mm]").replace("[0, 1]", "[0, 1, 0]").replace("[0 m/s2, -9.81 m/s2]", "[0 m/s2, -9.81 m/s2, 0 m/s2]"))
+        if "clump: particles of this kind run on one rank for now" not in run(folder, 2, "clump", scene="grains.yaml", expect=2):
+            fail("clumps on ranks are not refused in their place")
         print("ranks passed:", broken, "facets broken")
     finally:
         shutil.rmtree(folder, ignore_errors=True)
