@@ -34,6 +34,11 @@
     const double g_ = (double)(got), b_ = (double)(bound); \
     if (!(g_ <= b_)) fail_msg("%s = %.17g, expected at most %.3g", #got, g_, b_); \
   } while (0)
+#define CheckPositive(got) \
+  do { \
+    const double g_ = (double)(got); \
+    if (!(g_ > 0)) fail_msg("%s = %.17g, expected more than zero", #got, g_); \
+  } while (0)
 #define CheckAbove(got, bound) \
   do { \
     const double g_ = (double)(got), b_ = (double)(bound); \

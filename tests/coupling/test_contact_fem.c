@@ -218,7 +218,7 @@ static PetscErrorCode TestEnergy(void)
   dt *= 0.05; /* the largest step meets a contact with four steps; its begin and end then cost 1 % */
   PetscCall(c.stepper.energy(c.stepper.ctx, &ledger));
   start = Balance(&ledger);
-  CheckAbove(start, 0);
+  CheckPositive(start);
   for (; t < 0.15; t += dt) {
     PetscCall(c.stepper.step(c.stepper.ctx, t, dt));
     PetscCall(c.stepper.energy(c.stepper.ctx, &ledger));

@@ -85,7 +85,7 @@ static PetscErrorCode TestWave(void)
       else CheckBelow(off, 0.05 * top); /* ten elements in H = 0.3 and 0.6: Newmark's own period is 2 % long there */
       CheckBelow(r.worst, 1e-11);
       if (m[k] == 1) CheckBelow(PetscAbsReal(r.taken), 1e-7);
-      else CheckAbove(r.taken, 0);
+      else CheckPositive(r.taken);
       CheckBelow(r.taken, 0.3 * m[k] * dt / period);
       CheckBelow(r.apart, 1e-4 * top);
     }
@@ -137,7 +137,7 @@ static PetscErrorCode TestUnconditional(void)
     PetscCall(FemModelRestoreState(c.fem, &fs));
     PetscCall(DemModelRestoreState(c.dem, &ds));
     print_message("           %dD, m = %d, H = %.2f: faces took %.3f of the energy, ledger within %.1e, momentum %.2e then %.2e of %.1e\n", (int)dim, (int)m, (double)dt, (double)(report.taken / begin), (double)worst, (double)p[0], (double)p[1], (double)scale);
-    CheckAbove(report.taken, 0);
+    CheckPositive(report.taken);
     CheckBelow(report.taken, begin);
     CheckBelow(worst, 1e-6);
     PetscCall(CoupledDestroy(&c));

@@ -93,7 +93,7 @@ static PetscErrorCode TestLimit(void)
   PetscCall(CouplingSwitchGetReport(s.sw, &report));
   print_message("           group of two elements, one a particle zone already: %d turned; element %d blocked at t = %.4g\n", (int)report.cells, (int)report.blocked, (double)report.blocked_time);
   CheckInt(report.cells, 1);
-  CheckAbove(report.blocked, 0);
+  CheckPositive(report.blocked);
   PetscCall(SwitchedDestroy(&s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -197,7 +197,7 @@ static PetscErrorCode TestPlane(void)
   CheckClose(s.v[slider], 5. / 7 * 0.7, 2e-3);
   CheckClose(s.spin[s.n + slider], s.v[slider] / 0.5, 2e-3);
   PetscCall(stepper.energy(model, &ledger));
-  CheckAbove(ledger.energy[LEDGER_FRICTION], 0);
+  CheckPositive(ledger.energy[LEDGER_FRICTION]);
   ledger.initial = initial;
   CheckBelow(LedgerError(&ledger), 1e-3);
   PetscCall(DemModelRestoreState(model, &s));

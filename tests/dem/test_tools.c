@@ -359,7 +359,7 @@ static PetscErrorCode Collision(PetscInt dim)
   print_message("           %dD: largest force %.3g N, momenta drift %.1e of %.3g, ledger %.1e, friction %.3g J, damping %.3g J of %.3g J\n", (int)dim, (double)exchanged, (double)most, (double)sum[0][0], (double)error,
                 (double)ledger.energy[LEDGER_FRICTION], (double)(ledger.energy[LEDGER_CONTACT]), (double)initial);
   CheckAbove(exchanged, 100);
-  CheckAbove(ledger.energy[LEDGER_FRICTION], 0);
+  CheckPositive(ledger.energy[LEDGER_FRICTION]);
   CheckBelow(most, 1e-11 * PetscAbsReal(sum[0][0]));
   CheckBelow(error, 1e-3);
   PetscCall(DemModelRestoreState(model, &s));

@@ -498,7 +498,7 @@ static PetscErrorCode TestRestart(void)
     for (PetscInt k = 0; k < one->n_own * 3; k++) CheckTrue(one->u[k] == two->u[k] && one->v[k] == two->v[k]);
     for (PetscInt k = 0; k < LEDGER_TERMS; k++) CheckTrue(a.energy[k] == b.energy[k]);
     CheckBelow(LedgerError(&a), 1e-9);
-    CheckAbove(a.energy[LEDGER_FRICTION], 0);
+    CheckPositive(a.energy[LEDGER_FRICTION]);
     CheckAbove(PetscAbsReal(CaseHistory(one, "reaction(body).z")), still == 1 ? 1 : 0);
     remove(file);
     PetscCall(FemModelDestroy(&one));

@@ -200,7 +200,7 @@ static PetscErrorCode TestVolumeAndMass(void)
     FemLumpedMass(e.s, 7800, e.w, m);
     sum = 0;
     for (PetscInt a = 0; a < e.s->nodes; a++) {
-      CheckAbove(m[a], 0);
+      CheckPositive(m[a]);
       sum += m[a];
     }
     CheckClose(sum, 7800 * e.volume, 1e-14);

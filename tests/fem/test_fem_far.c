@@ -227,7 +227,7 @@ static PetscErrorCode TestOrderInTime(void)
     slope = PetscLog2Real(error[1] / error[3]) / 2;
     print_message("           m = %d: order %.2f\n", (int)m[i], (double)slope);
     CheckAbove(slope, m[i] == 1 ? 1.95 : 1); /* the free velocity between its ends is a straight line: first order for m > 1 */
-    CheckAbove(loss, 0);
+    CheckPositive(loss);
     CheckBelow(error[3], m[i] == 1 ? 2e-5 : 7e-4);
   }
   PetscFunctionReturn(PETSC_SUCCESS);

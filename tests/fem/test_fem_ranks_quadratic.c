@@ -119,7 +119,7 @@ static PetscErrorCode Compare(PetscBool turned, PetscInt every, FemMethod method
           big = PetscMax(big, PetscAbsReal(alone[k]));
           off = PetscMax(off, PetscAbsReal(all[k] - alone[k]));
         }
-        CheckAbove(big, 0);
+        CheckPositive(big);
         worst    = PetscMax(worst, off / big);
         apart[f] = off / big;
       }

@@ -95,7 +95,7 @@ static PetscErrorCode TestClockwiseSurfaceIsTurned(void)
 
     PetscCall(FemModelGetState(model, &st));
     for (PetscInt i = 0; i < st.n_nodes; i++) {
-      CheckAbove(st.mass[i], 0);
+      CheckPositive(st.mass[i]);
       mass += st.mass[i];
     }
     CheckClose(mass, 4800, 1e-14);
