@@ -123,7 +123,10 @@ int main(int argc, char **argv)
     }
   SpinLess(argv);
   exit_code = AppOptionsRead(argc, argv, &options);
-  if (exit_code) return exit_code;
+  if (exit_code) {
+    AppOptionsFree(&options);
+    return exit_code;
+  }
   PetscTime(&began);
   if (options.time_limit > 0) options.stop_at = began + options.time_limit;
   if (BaseInitialize(&options.n_petsc, &options.petsc)) return 1;

@@ -111,7 +111,7 @@ PetscErrorCode FemSetUpContact(FemModel model)
       pair[2 * k]     = model->group[c->plane[p].group].node[i];
       pair[2 * k + 1] = p;
     }
-  qsort(pair, c->n, 2 * sizeof(PetscInt), CompareEntries);
+  if (c->n > 1) qsort(pair, c->n, 2 * sizeof(PetscInt), CompareEntries);
   PetscCall(PetscCalloc6(c->n, &c->node, c->n, &c->of, c->n, &c->gap, c->n, &c->held, 3 * c->n, &c->push, c->n, &c->normal));
   PetscCall(PetscCalloc2(c->n, &c->taken, c->n, &c->kick));
   for (PetscInt e = 0; e < c->n; e++) {
