@@ -1,7 +1,8 @@
 /* coupling_weights.c - what of each particle, cell and bond is the particles' side's: 1 - alpha of the elements at the place.  Eqs (6.1), (6.2) */
 #include "coupling_impl.h"
 
-PetscErrorCode CouplingWeightsCreate_Internal(CouplingModel model, const DemPacking *packing, const DemCells *cells, CouplingParticle *particle, CouplingWeights *w)
+PetscErrorCode CouplingWeightsCreate_Internal(CouplingModel model, const DemPacking *packing, const DemCells *cells, CouplingParticle *particle,
+                                              CouplingWeights *w)
 {
   const PetscInt n = packing->n;
   PetscInt       found_all = 0;
@@ -13,15 +14,15 @@ PetscErrorCode CouplingWeightsCreate_Internal(CouplingModel model, const DemPack
     PetscBool     found;
 
     w->row[p] = -1;
-    w->wm[p]  = 1;
+    w->wm[p] = 1;
     PetscCall(CouplingLocate_Internal(model, &packing->x[3 * p], 1e-9, &found, &at));
     if (!found) continue;
     if (particle) {
-      particle[found_all].p  = p; /* the packing's, until set-up */
+      particle[found_all].p = p; /* the packing's, until set-up */
       particle[found_all].at = at;
     }
     w->row[p] = found_all++;
-    w->wm[p]  = 1 - CouplingWeight_Internal(model, &at);
+    w->wm[p] = 1 - CouplingWeight_Internal(model, &at);
   }
   if (particle) model->n_particles = found_all;
   /* A cell beside a particle without elements keeps its whole volumetric energy: that neighbour has nothing to balance a smaller share. */
@@ -32,7 +33,7 @@ PetscErrorCode CouplingWeightsCreate_Internal(CouplingModel model, const DemPack
     CouplingPoint at;
     PetscBool     found = PETSC_FALSE;
 
-    w->wf[f]        = 1;
+    w->wf[f] = 1;
     w->breakable[f] = (PetscBool)(w->row[cells->p[f]] < 0 && w->row[cells->q[f]] < 0);
     if (w->row[cells->p[f]] < 0 || w->row[cells->q[f]] < 0) continue; /* one end outside: full weight */
     PetscCall(CouplingLocate_Internal(model, &cells->at[3 * f], 1e-6, &found, &at));

@@ -58,7 +58,8 @@ static int CompareSent(const void *a, const void *b)
   return s->key < t->key ? -1 : s->key > t->key;
 }
 
-PetscErrorCode DemCarryPush_Internal(MPI_Comm comm, PetscInt rows, PetscInt pushed, const PetscInt row[], const PetscInt key[], const PetscMPIInt to[], PetscInt **keys, DemCarry *c)
+PetscErrorCode DemCarryPush_Internal(MPI_Comm comm, PetscInt rows, PetscInt pushed, const PetscInt row[], const PetscInt key[], const PetscMPIInt to[],
+                                     PetscInt **keys, DemCarry *c)
 {
   PetscMPIInt *count, *place, *got, *got_at, *fill, size;
   PetscInt    *out, *in;
@@ -72,7 +73,7 @@ PetscErrorCode DemCarryPush_Internal(MPI_Comm comm, PetscInt rows, PetscInt push
     for (PetscInt s = 0; s < 2; s++)
       if (to[2 * k + s] >= 0 && (!s || to[2 * k + 1] != to[2 * k])) count[to[2 * k + s]] += 2;
   for (PetscMPIInt s = 0; s < size; s++) {
-    fill[s]      = place[s];
+    fill[s] = place[s];
     place[s + 1] = place[s] + count[s];
   }
   PetscCall(PetscMalloc1(place[size], &out));
@@ -87,7 +88,7 @@ PetscErrorCode DemCarryPush_Internal(MPI_Comm comm, PetscInt rows, PetscInt push
   PetscCallMPI(MPI_Alltoall(count, 1, MPI_INT, got, 1, MPI_INT, comm));
   for (PetscMPIInt s = 0; s < size; s++) got_at[s + 1] = got_at[s] + got[s];
   c->comm = comm;
-  c->n    = got_at[size] / 2;
+  c->n = got_at[size] / 2;
   PetscCall(PetscMalloc2(got_at[size], &in, c->n, &sent));
   PetscCallMPI(MPI_Alltoallv(out, count, place, MPIU_INT, in, got, got_at, MPIU_INT, comm));
   for (PetscMPIInt s = 0; s < size; s++)
@@ -97,7 +98,7 @@ PetscErrorCode DemCarryPush_Internal(MPI_Comm comm, PetscInt rows, PetscInt push
   PetscCall(PetscMalloc1(c->n, &from));
   for (PetscInt k = 0; k < c->n; k++) {
     (*keys)[k] = sent[k].key;
-    from[k]    = (PetscSFNode){.rank = sent[k].rank, .index = sent[k].row};
+    from[k] = (PetscSFNode){.rank = sent[k].rank, .index = sent[k].row};
   }
   PetscCall(PetscSFCreate(comm, &c->sf));
   PetscCall(PetscSFSetGraph(c->sf, rows, c->n, NULL, PETSC_COPY_VALUES, from, PETSC_COPY_VALUES));

@@ -25,7 +25,7 @@ static PetscErrorCode CutParticles(DemModel model, const DemPart *part)
   PetscCall(DemCarryColumns_Internal(c, 1, n, stride, model->r, a[1]));
   PetscCall(PetscFree2(model->x0, model->r));
   model->x0 = a[0];
-  model->r  = a[1];
+  model->r = a[1];
 
   PetscCall(PetscCalloc3(3 * stride, &a[0], 3 * stride, &a[1], 3 * stride, &a[2]));
   PetscCall(DemCarryColumns_Internal(c, 3, n, stride, model->u, a[0]));
@@ -41,8 +41,8 @@ static PetscErrorCode CutParticles(DemModel model, const DemPart *part)
   PetscCall(DemCarryColumns_Internal(c, 3, n, stride, model->spin, a[1]));
   PetscCall(DemCarryColumns_Internal(c, 3, n, stride, model->torque, a[2]));
   PetscCall(PetscFree3(model->rot, model->spin, model->torque));
-  model->rot    = a[0];
-  model->spin   = a[1];
+  model->rot = a[0];
+  model->spin = a[1];
   model->torque = a[2];
 
   PetscCall(PetscCalloc6(stride, &a[0], stride, &a[1], stride, &a[2], stride, &a[3], stride, &a[4], stride, &a[5]));
@@ -53,11 +53,11 @@ static PetscErrorCode CutParticles(DemModel model, const DemPart *part)
   PetscCall(DemCarryColumns_Internal(c, 1, n, stride, model->sum, a[4]));
   PetscCall(DemCarryColumns_Internal(c, 1, n, stride, model->dilation, a[5]));
   PetscCall(PetscFree6(model->mass, model->inertia, model->volume, model->vstar, model->sum, model->dilation));
-  model->mass     = a[0];
-  model->inertia  = a[1];
-  model->volume   = a[2];
-  model->vstar    = a[3];
-  model->sum      = a[4];
+  model->mass = a[0];
+  model->inertia = a[1];
+  model->volume = a[2];
+  model->vstar = a[3];
+  model->sum = a[4];
   model->dilation = a[5];
 
   PetscCall(PetscCalloc1(3 * stride, &a[0]));
@@ -144,7 +144,7 @@ static PetscErrorCode CutCorners(DemModel model, const DemPart *part)
   PetscCall(PetscMalloc1(c->n_facets, &count));
   for (PetscInt f = 0; f < c->n_facets; f++) {
     count[f] = c->facet_start[f + 1] - c->facet_start[f];
-    most     = PetscMax(most, count[f]);
+    most = PetscMax(most, count[f]);
   }
   if (!part->of_facets.sf) { /* all here: no need of rows of one width */
     const PetscInt *facet = part->facet;
@@ -171,7 +171,7 @@ static PetscErrorCode CutCorners(DemModel model, const DemPart *part)
   PetscCall(PetscFree(c->facet_start));
   PetscCall(PetscFree(c->corner));
   c->facet_start = start;
-  c->corner      = corner;
+  c->corner = corner;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -296,7 +296,7 @@ static PetscErrorCode CutBlocks(DemModel model, const DemPart *part)
   PetscCall(PetscFree3(b->halo, b->slot_start, b->slot));
   PetscCall(PetscFree2(b->slot_s, b->slot_f));
   b->n_blocks = part->blocks;
-  b->widest   = 0;
+  b->widest = 0;
   PetscCall(PetscMalloc3(b->n_blocks + 1, &b->first, b->n_blocks + 1, &b->bond, b->n_blocks + 1, &b->halo_start));
   PetscCall(PetscArraycpy(b->first, part->first, b->n_blocks + 1));
   PetscCall(PetscArraycpy(b->bond, part->bond_start, b->n_blocks + 1));
@@ -346,10 +346,10 @@ static PetscErrorCode CutRule(DemModel model, const DemPart *part, PetscInt old_
   PetscCall(DemCarryInto_Internal(c, sizeof(PetscReal), net->part, a[3]));
   PetscCall(DemCarryInto_Internal(c, sizeof(PetscReal), net->length, a[4]));
   PetscCall(PetscFree5(net->kn, net->ks, net->area, net->part, net->length));
-  net->kn     = a[0];
-  net->ks     = a[1];
-  net->area   = a[2];
-  net->part   = a[3];
+  net->kn = a[0];
+  net->ks = a[1];
+  net->area = a[2];
+  net->part = a[3];
   net->length = a[4];
   if (model->crack.damage) { /* all ranks agree; without bonds there is no history to point at */
     PetscReal *hist;
@@ -442,7 +442,7 @@ PetscErrorCode DemCut_Internal(DemModel model, DemPart *part)
   PetscCall(CutSurface(model, part));
   PetscCall(CutParticles(model, part));
   PetscCall(Number(model, part));
-  model->n   = part->n;
+  model->n = part->n;
   model->own = part->own;
   PetscCall(CutBlocks(model, part));
   PetscCall(CutCracks(model, part));

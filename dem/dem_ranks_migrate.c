@@ -6,17 +6,14 @@
   over to them between two steps. Its state goes through a checkpoint in memory, as a restart's would; the rest, which no checkpoint
   holds (bonds, facets, what the cells were), goes from rank to rank. Nothing in a step hangs on who owns what, so the bits stay.
 */
-#include "dem_impl.h"
 #include "checkpoint.h"
+#include "dem_impl.h"
 
-#define UNEVEN  1.2 /* load of the busiest rank over the mean from which other owners are looked for */
-#define BETTER  0.95 /* of the load now, what other owners must bring it to */
+#define UNEVEN 1.2   /* load of the busiest rank over the mean from which other owners are looked for */
+#define BETTER 0.95  /* of the load now, what other owners must bring it to */
 #define CHANGED 1.05 /* of the load last found, from which it is worth looking again */
 
-static PetscMPIInt OwnerOf(const DemRanks r, const PetscMPIInt owner[], PetscInt id)
-{
-  return owner[id / r->unit];
-}
+static PetscMPIInt OwnerOf(const DemRanks r, const PetscMPIInt owner[], PetscInt id) { return owner[id / r->unit]; }
 
 /* Every name of a particle becomes its number on one rank. */
 static PetscErrorCode ToNumbers(DemModel model)
@@ -45,7 +42,8 @@ static PetscErrorCode ToNumbers(DemModel model)
 }
 
 /* Rows counted here, with the numbers of their one or two particles, to those who will need them. */
-static PetscErrorCode Push(DemModel model, const PetscMPIInt owner[], PetscInt rows, const PetscInt key[], const PetscInt p[], const PetscInt q[], PetscInt **keys, DemCarry *carry)
+static PetscErrorCode Push(DemModel model, const PetscMPIInt owner[], PetscInt rows, const PetscInt key[], const PetscInt p[], const PetscInt q[],
+                           PetscInt **keys, DemCarry *carry)
 {
   const DemRanks r = model->ranks;
   PetscInt      *row, *of, pushed = 0;
@@ -55,9 +53,9 @@ static PetscErrorCode Push(DemModel model, const PetscMPIInt owner[], PetscInt r
   PetscCall(PetscMalloc3(rows, &row, rows, &of, 2 * rows, &to));
   for (PetscInt k = 0; k < rows; k++) {
     if (DemOwnOf(r, p[k]) < 0) continue; /* another's to count */
-    row[pushed]        = k;
-    of[pushed]         = key[k];
-    to[2 * pushed]     = OwnerOf(r, owner, p[k]);
+    row[pushed] = k;
+    of[pushed] = key[k];
+    to[2 * pushed] = OwnerOf(r, owner, p[k]);
     to[2 * pushed + 1] = q ? OwnerOf(r, owner, q[k]) : -1;
     pushed++;
   }
@@ -123,9 +121,9 @@ static PetscErrorCode Choose(DemModel model, const PetscMPIInt owner[], DemPart 
   PetscCall(Push(model, owner, model->cells.n_facets, r->facet, model->cells.p, model->cells.q, &part->facet, &part->of_facets));
   PetscCall(Push(model, owner, model->walls.n, r->wall, model->walls.owner, NULL, &part->wall, &part->of_walls));
   PetscCall(Push(model, owner, model->cells.n_walls, r->cell_wall, model->cells.wall_p, NULL, &part->cell_wall, &part->of_cell_walls));
-  part->bonds      = part->of_bonds.n;
-  part->facets     = part->of_facets.n;
-  part->walls      = part->of_walls.n;
+  part->bonds = part->of_bonds.n;
+  part->facets = part->of_facets.n;
+  part->walls = part->of_walls.n;
   part->cell_walls = part->of_cell_walls.n;
   PetscCall(PetscMalloc1(r->blocks + 1, &first));
   for (PetscInt b = 0; b <= r->blocks; b++) first[b] = PetscMin(b * DEM_BLOCK, r->particles);
@@ -175,9 +173,9 @@ PetscErrorCode DemLookAtShares_Internal(DemModel model)
   if (now > UNEVEN && now > CHANGED * r->settled) {
     r->settled = now;
     if (load < BETTER * now) {
-      r->settled        = load;
+      r->settled = load;
       r->sharing.before = now;
-      r->sharing.after  = load;
+      r->sharing.after = load;
       PetscCall(DemMigrate_Internal(model, owner));
     }
   }
@@ -205,7 +203,8 @@ PetscErrorCode DemModelMigrate(DemModel model, const PetscMPIInt owner[])
   if (!r) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCheck(!model->walls.n_rim && !model->weight_mass, model->comm, PETSC_ERR_ORDER, "The part of a coupled body keeps its owners until elements turn");
   for (PetscInt k = 0; owner && k * r->unit < r->particles; k++)
-    PetscCheck(owner[k] >= 0 && owner[k] < r->size, model->comm, PETSC_ERR_ARG_OUTOFRANGE, "Owner %d of piece %" PetscInt_FMT ": ranks are 0 to %d", owner[k], k, r->size - 1);
+    PetscCheck(owner[k] >= 0 && owner[k] < r->size, model->comm, PETSC_ERR_ARG_OUTOFRANGE, "Owner %d of piece %" PetscInt_FMT ": ranks are 0 to %d", owner[k],
+               k, r->size - 1);
   PetscCall(PetscMalloc1((r->particles + r->unit - 1) / r->unit, &best));
   if (!owner) PetscCall(DemPartition_Internal(model, r->unit, r->unit_owner, best, &load, &now));
   PetscCall(DemMigrate_Internal(model, owner ? owner : best));

@@ -11,13 +11,13 @@
 
 /* Work of a step, in bonds without damage. */
 #define PER_PARTICLE 3. /* kick, drift and copies */
-#define PER_LIVE     3. /* more, for a bond that is watched or damaged */
-#define PER_TOUCH    3. /* more, for a pair of the list that touches */
+#define PER_LIVE 3.     /* more, for a bond that is watched or damaged */
+#define PER_TOUCH 3.    /* more, for a pair of the list that touches */
 
 typedef struct {
-  PetscInt   n, dim; /* units */
-  PetscReal *load;   /* [n] */
-  PetscReal *at;     /* [n][3] mean position now */
+  PetscInt   n, dim;               /* units */
+  PetscReal *load;                 /* [n] */
+  PetscReal *at;                   /* [n][3] mean position now */
   PetscInt  *start, *near, *joins; /* graph, both ways; joins: work of what joins the two, of an edge to a later unit */
 } Units;
 
@@ -32,16 +32,17 @@ static PetscErrorCode Join(DemModel model, PetscInt units, PetscInt *m, PetscInt
     PetscCall(PetscSortIntWithArray(n, *pair, *work));
     kept = 0;
     for (PetscInt k = 0; k < n; k++) {
-      if (kept && (*pair)[k] == (*pair)[kept - 1]) (*work)[kept - 1] += (*work)[k];
+      if (kept && (*pair)[k] == (*pair)[kept - 1])
+        (*work)[kept - 1] += (*work)[k];
       else {
-        (*pair)[kept]   = (*pair)[k];
+        (*pair)[kept] = (*pair)[k];
         (*work)[kept++] = (*work)[k];
       }
     }
     if (pass || !model->ranks) break;
     PetscCall(PetscMalloc1(2 * kept, &row));
     for (PetscInt k = 0; k < kept; k++) {
-      row[2 * k]     = (*pair)[k];
+      row[2 * k] = (*pair)[k];
       row[2 * k + 1] = (*work)[k];
     }
     PetscCall(DemGatherInts_Internal(model, kept, *pair, 2, row, &n, &all));
@@ -76,17 +77,14 @@ static PetscErrorCode Graph(Units *u, PetscInt m, const PetscInt pair[], const P
     for (PetscInt k = 0; k < m; k++) {
       const PetscInt p = pair[k] / u->n, q = pair[k] % u->n, from = side ? q : p;
 
-      u->joins[fill[from]]  = side ? 0 : work[k];
+      u->joins[fill[from]] = side ? 0 : work[k];
       u->near[fill[from]++] = side ? p : q;
     }
   PetscCall(PetscFree(fill));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscInt IdOf(DemModel model, PetscInt p)
-{
-  return model->ranks ? model->ranks->id[p] : p;
-}
+static PetscInt IdOf(DemModel model, PetscInt p) { return model->ranks ? model->ranks->id[p] : p; }
 
 /* Of the whole body here, or of all ranks' parts of it: then loads and places on all, the graph on rank 0. */
 static PetscErrorCode UnitsCreate(DemModel model, PetscInt unit, Units *u)
@@ -98,7 +96,7 @@ static PetscErrorCode UnitsCreate(DemModel model, PetscInt unit, Units *u)
   PetscInt            *pair, *work, m = 0;
 
   PetscFunctionBegin;
-  u->n   = units;
+  u->n = units;
   u->dim = model->dim;
   PetscCall(PetscCalloc3(units, &u->load, 3 * units, &u->at, units + 1, &u->start));
   for (PetscInt p = 0; p < model->own; p++) {
@@ -115,16 +113,17 @@ static PetscErrorCode UnitsCreate(DemModel model, PetscInt unit, Units *u)
     if (!DemBondIsMine(model, e)) continue;
     u->load[p] += cost;
     if (p == q) continue;
-    pair[m]   = p * units + q;
+    pair[m] = p * units + q;
     work[m++] = cost;
   }
   for (PetscInt k = 0; k < c->m; k++) {
-    const PetscInt p = DemContactId_Internal(model, c->p[k]) / unit, q = DemContactId_Internal(model, c->q[k]) / unit, cost = 1 + (c->met[k] ? (PetscInt)PER_TOUCH : 0);
+    const PetscInt p = DemContactId_Internal(model, c->p[k]) / unit, q = DemContactId_Internal(model, c->q[k]) / unit,
+                   cost = 1 + (c->met[k] ? (PetscInt)PER_TOUCH : 0);
 
     if (c->p[k] >= model->own) continue;
     u->load[p] += cost;
     if (p == q) continue;
-    pair[m]   = p * units + q;
+    pair[m] = p * units + q;
     work[m++] = cost;
   }
   if (model->ranks) { /* a unit has one owner: nothing is rounded */
@@ -159,14 +158,14 @@ static PetscErrorCode Bisect(const Units *u, PetscBool axes, PetscInt n, PetscIn
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (axes) {
-    PetscReal  low[3], high[3], *key;
-    PetscInt   a = 0;
+    PetscReal low[3], high[3], *key;
+    PetscInt  a = 0;
 
     for (PetscInt d = 0; d < 3; d++) {
-      low[d]  = PETSC_MAX_REAL;
+      low[d] = PETSC_MAX_REAL;
       high[d] = PETSC_MIN_REAL;
       for (PetscInt k = 0; k < n; k++) {
-        low[d]  = PetscMin(low[d], u->at[3 * list[k] + d]);
+        low[d] = PetscMin(low[d], u->at[3 * list[k] + d]);
         high[d] = PetscMax(high[d], u->at[3 * list[k] + d]);
       }
       if (high[d] - low[d] > high[a] - low[a]) a = d;
@@ -262,10 +261,10 @@ static PetscErrorCode Rename(const Units *u, PetscMPIInt parts, const PetscMPIIn
       for (PetscMPIInt t = 0; t < parts && name[s] < 0; t++)
         if (!taken[t] && (best < 0 || shared[s * parts + t] > shared[best * parts + to])) {
           best = s;
-          to   = t;
+          to = t;
         }
     name[best] = to;
-    taken[to]  = PETSC_TRUE;
+    taken[to] = PETSC_TRUE;
   }
   for (PetscInt k = 0; k < u->n; k++) owner[k] = name[owner[k]];
   PetscCall(PetscFree3(shared, name, taken));
@@ -285,9 +284,12 @@ static PetscErrorCode Propose(const Units *u, PetscMPIInt parts, PetscMPIInt own
   for (PetscInt k = 0; k < u->n; k++) owner[k] = u->n < parts ? (PetscMPIInt)k : 0;
   for (int way = 0; way < 3 && u->n >= parts; way++) {
     for (PetscInt k = 0; k < u->n; k++) list[k] = k;
-    if (way < 2) PetscCall(Bisect(u, (PetscBool)(way == 1), u->n, list, 0, parts, try));
-    else if (u->start[u->n]) PetscCall(ByGraph(u, parts, try, &made));
-    else made = PETSC_FALSE;
+    if (way < 2)
+      PetscCall(Bisect(u, (PetscBool)(way == 1), u->n, list, 0, parts, try));
+    else if (u->start[u->n])
+      PetscCall(ByGraph(u, parts, try, &made));
+    else
+      made = PETSC_FALSE;
     if (!made) continue;
     PetscCall(Busiest(u, parts, try, &most));
     if (most >= *best) continue;

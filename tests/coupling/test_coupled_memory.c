@@ -67,7 +67,8 @@ static PetscErrorCode Run(MPI_Comm comm, const Coupled *c, Side *s)
   if (size > 1) {
     PetscCall(Dem(comm, c, &s->dem));
     PetscCall(CouplingModelSetPart(s->model, s->dem));
-  } else s->dem = whole;
+  } else
+    s->dem = whole;
   PetscCall(CouplingModelSetSplit(s->model, &c->split, NULL));
   PetscCall(CouplingModelSetSides(s->model, s->fem, whole, &c->packing, &c->cells, &c->material, FEM_PLANE_STRAIN, 1));
   PetscCall(CouplingModelSetUp(s->model));
@@ -105,8 +106,8 @@ static PetscErrorCode TestMemoryOfARank(void)
   CheckAbove(alone.bytes, 4e6); /* bytes are counted at all */
   most = shared.bytes;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPI_MAX, PETSC_COMM_WORLD));
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " particles: %.2f MB alone, %.2f MB on the fullest of %d ranks, %.2f of it\n", c.packing.n, (double)(1e-6 * alone.bytes), (double)(1e-6 * most), (int)ranks,
-                        (double)(most / alone.bytes)));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " particles: %.2f MB alone, %.2f MB on the fullest of %d ranks, %.2f of it\n", c.packing.n,
+                        (double)(1e-6 * alone.bytes), (double)(1e-6 * most), (int)ranks, (double)(most / alone.bytes)));
   if (ranks > 1) CheckBelow(most, (ranks == 2 ? 0.7 : 0.55) * alone.bytes);
   PetscCall(End(&shared));
   PetscCall(End(&alone));

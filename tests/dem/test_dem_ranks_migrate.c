@@ -8,27 +8,28 @@
 #include <unistd.h>
 
 #define SAFETY 0.8 /* of the critical step */
-#define SIDE   64  /* discs along the cloud: 8 pieces of 512 */
-#define STEPS  240
-#define EVERY  20  /* steps between looks */
+#define SIDE 64    /* discs along the cloud: 8 pieces of 512 */
+#define STEPS 240
+#define EVERY 20 /* steps between looks */
 
 static PetscErrorCode Model(MPI_Comm comm, PetscInt every, DemModel *model)
 {
   const DemMaterial material = {1, 1, 0.25};
   const PetscReal   low[3] = {0}, high[3] = {SIDE, SIDE, 0};
-  DemContactOptions meet = {.choice = {.law = DEM_CONTACT_LINEAR, .restitution = 0.5, .friction = 0.4}, .domain = DEM_DOMAIN_BOX, .high = {SIDE, SIDE, 0}, .deepest = 0.9};
-  DemBody           body;
-  DemPacking        packing = {.n = SIDE * SIDE};
-  DemState          state;
-  PetscReal         dt;
+  DemContactOptions meet = {
+      .choice = {.law = DEM_CONTACT_LINEAR, .restitution = 0.5, .friction = 0.4}, .domain = DEM_DOMAIN_BOX, .high = {SIDE, SIDE, 0}, .deepest = 0.9};
+  DemBody    body;
+  DemPacking packing = {.n = SIDE * SIDE};
+  DemState   state;
+  PetscReal  dt;
 
   PetscFunctionBegin;
   PetscCall(DemBodyCreateBox(2, low, high, 1, &body));
   PetscCall(PetscCalloc1(3 * packing.n, &packing.x));
   PetscCall(PetscMalloc1(packing.n, &packing.r));
   for (PetscInt k = 0; k < packing.n; k++) {
-    packing.r[k]         = 0.49;
-    packing.x[3 * k]     = (PetscReal)(k % SIDE) + 0.5;
+    packing.r[k] = 0.49;
+    packing.x[3 * k] = (PetscReal)(k % SIDE) + 0.5;
     packing.x[3 * k + 1] = (PetscReal)(k / SIDE) + 0.5;
   }
   PetscCall(DemModelCreate(comm, model));
@@ -44,7 +45,8 @@ static PetscErrorCode Model(MPI_Comm comm, PetscInt every, DemModel *model)
   for (PetscInt p = 0; p < state.own; p++) { /* the left ones fly off within 200 steps; the others jostle */
     uint64_t seed = 1000 + (uint64_t)state.number[p];
 
-    if (state.x0[p] < 0.5 * SIDE) state.v[p] = -0.5 * SIDE / (200 * SAFETY * dt);
+    if (state.x0[p] < 0.5 * SIDE)
+      state.v[p] = -0.5 * SIDE / (200 * SAFETY * dt);
     else
       for (PetscInt d = 0; d < 2; d++) state.v[d * state.n + p] = 0.02 * (2 * TestRandom(&seed) - 1);
   }
