@@ -45,7 +45,7 @@ def check(true, *words):
 def bar(crossings, govern=""):
     """Drawn apart by END in so many crossings of a wave, the first twentieth getting there."""
     duration = crossings * CROSSING
-    values = {"DURATION": duration, "GOVERN": govern and ", govern: " + govern, "SPEED": END / 2 / (0.975 * duration), "RISE": 0.05 * duration, "ROW": duration / 500}
+    values = {"DURATION": duration, "GOVERN": govern and ", govern: " + govern, "SPEED": END / 2 / (0.975 * duration), "RISE": 0.05 * duration, "ROW": duration / 2000}
     text = BAR
     for word, value in values.items():
         text = text.replace(word, str(value))
@@ -97,14 +97,15 @@ def test_tear(folder):
     check(abs(g["load_time"][-1] / duration - 1) < 1e-3, "ended at load time", g["load_time"][-1])
     # Bits: threads, ranks, and a run that stopped and went on.
     run(folder, "threads", bar(500, "{}"), "--threads", "2", "--stop-after", "6000")
-    run(folder, "ranks", bar(500, "{}"), "--stop-after", "6000", before=("mpiexec", "-n", "2"))
+    run(folder, "ranks", bar(500, "{}"), "--stop-after", "1000", before=("mpiexec", "-n", "2"))
     whole = text_of(folder, "governed").splitlines()
     for name in ("threads", "ranks"):
         rows = text_of(folder, name).splitlines()
-        check(len(rows) > 3 and rows == whole[: len(rows)], name, "gives other bits")
-    for stop in ("--stop-after 3333", "--stop-after 10 --resume", "--resume"):
+        check(len(rows) > 2 and rows == whole[: len(rows)], name, "gives other bits")
+    for stop in ("--stop-after 18333", "--stop-after 10 --resume", "--stop-after 4000 --resume"):
         run(folder, "pieces", bar(500, "{}"), *stop.split())
-    check(text_of(folder, "pieces") == text_of(folder, "governed"), "a run that stopped and went on has other rows")
+    rows = text_of(folder, "pieces").splitlines()
+    check(max(history(folder, "pieces")["energy.fracture"]) > 0.01 * energy and rows == whole[: len(rows)], "a run that stopped and went on has other rows")
 
 
 def test_others(folder):
