@@ -1,6 +1,6 @@
 """A cut up to its first chip, with the elements beginning ever deeper: python3 bench/rock_cutting.py BUILD OUT [SEEDS]
 
-The block of examples/rock_cutting on one packing: particles that reach 1, 2 and 4 cut depths below the cut, and particles alone. Compares
+The block of examples/rock_cutting on one packing: particles that reach 1, 2 and 4 cut depths below the cut, and particles alone, these at 0.9 and at 0.89 of the critical step. Compares
 the pick's force from the first touch to the peak, where the first chip starts to break, and to where it is off (a third of the peak). Writes OUT/rock_cutting.csv, .md and .png.
 """
 import csv, json, os, subprocess, sys
@@ -13,7 +13,8 @@ import matplotlib.pyplot as plt
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENES = os.path.join(HERE, "..", "examples", "rock_cutting")
-BODIES = [("1 depth", "scene.yaml", "near"), ("2 depths", "scene.yaml", "near 2"), ("4 depths", "scene.yaml", "near 4"), ("particles", "particles.yaml", None)]
+BODIES = [("1 depth", "scene.yaml", "near"), ("2 depths", "scene.yaml", "near 2"), ("4 depths", "scene.yaml", "near 4"), ("particles", "particles.yaml", None),
+          ("particles at another step", "particles.yaml", None)]  # the last against the one before it: what the history says of itself
 END = "1.6 ms"
 GRID = np.linspace(0, 1.6e-3, 161)
 
@@ -34,6 +35,8 @@ def main():
             where = os.path.join(out, f"{name.replace(' ', '_')}_{seed}")
             if not os.path.exists(os.path.join(where, "summary.json")):
                 sets = ["--set", f"time.end={END}", "--set", "bodies.block.dem.packing={file: %s, trim: true}" % os.path.join(packed, "packing.csv")]
+                if "step" in name:
+                    sets += ["--set", "time.safety=0.89"]
                 cleave(build, "run", os.path.join(SCENES, scene), "--output", where, "--threads", "1", *sets, *(["--set", f"bodies.block.dem.group={group}"] if group else []))
             with open(os.path.join(where, "history.csv")) as lines:
                 table = list(csv.reader(lines))
