@@ -228,3 +228,11 @@ PetscErrorCode SwitchedMomentum(Switched *s, PetscReal P[3], PetscReal L[3], Pet
   PetscCall(DemModelRestoreState(dem, &ds));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode SwitchedFlying(Switched *s, FemModel fem, DemModel dem)
+{
+  PetscFunctionBegin;
+  PetscCall(FemModelSetInitialVelocity(fem, s->velocity));
+  PetscCall(DemModelSetInitialVelocity(dem, s->velocity));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -30,6 +30,7 @@ struct Switched {
   PetscReal      dt;
 };
 
+PetscErrorCode SwitchedFlying(Switched *s, FemModel fem, DemModel dem); /* conditions: all of it begins with s->velocity */
 Switched       SwitchedDefault(PetscInt dim, PetscReal x, PetscReal y, PetscReal z);
 PetscErrorCode SwitchedCreate(Switched *s); /* 0.9 of the stable step */
 PetscErrorCode SwitchedPrepare(Switched *s); /* the same in two parts: all but the first split, */

@@ -171,14 +171,6 @@ static PetscErrorCode TestBlock(void)
 }
 CHECK_TEST(TestBlock)
 
-static PetscErrorCode Flying(Switched *s, FemModel fem, DemModel dem)
-{
-  PetscFunctionBegin;
-  PetscCall(FemModelSetInitialVelocity(fem, s->velocity));
-  PetscCall(DemModelSetInitialVelocity(dem, s->velocity));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* In uniform motion nothing is felt: no force, no energy, every velocity as it was. */
 static PetscErrorCode TestUniformMotion(void)
 {
@@ -198,7 +190,7 @@ static PetscErrorCode TestUniformMotion(void)
     s.start[0][1] = 5;
     s.velocity[0] = v;
     s.velocity[1] = 0.5 * v;
-    s.conditions  = Flying;
+    s.conditions  = SwitchedFlying;
     PetscCall(SwitchedCreate(&s));
     PetscCall(SwitchedSteps(&s, &k, 20));
     PetscCall(SwitchedConvert(&s, low, high));

@@ -106,14 +106,6 @@ static PetscErrorCode TestBeam(void)
 }
 CHECK_TEST(TestBeam)
 
-static PetscErrorCode Flying(Switched *s, FemModel fem, DemModel dem)
-{
-  PetscFunctionBegin;
-  PetscCall(FemModelSetInitialVelocity(fem, s->velocity));
-  PetscCall(DemModelSetInitialVelocity(dem, s->velocity));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* In uniform motion nothing is felt: no energy, every velocity as it was, momentum to round-off. */
 static PetscErrorCode TestUniformMotion(void)
 {
@@ -139,7 +131,7 @@ static PetscErrorCode TestUniformMotion(void)
     s.start[0][1] = 4;
     s.velocity[0] = v;
     s.velocity[1] = 0.5 * v;
-    s.conditions  = Flying;
+    s.conditions  = SwitchedFlying;
     PetscCall(SwitchedCreate(&s));
     PetscCall(SwitchedSteps(&s, &k, 20));
     PetscCall(SwitchedMomentum(&s, P[0], L[0], &scale));
