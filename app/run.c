@@ -211,6 +211,13 @@ static const char *EndWord(const AppOptions *options, const RunSummary *run, int
   return "interrupted";
 }
 
+/* The warning just written into its place in `end`. */
+static void Told(const AppCase *c, AppEnd *end)
+{
+  if (!c->rank) fprintf(stderr, "warning: %s\n", end->warning[end->n_warnings]);
+  end->n_warnings++;
+}
+
 /* Elements are of small strain: a large rotation counts as strain.  Eq. (2.85) */
 static PetscErrorCode WarnTurn(AppCase *c, AppEnd *end)
 {
@@ -224,8 +231,7 @@ static PetscErrorCode WarnTurn(AppCase *c, AppEnd *end)
   if (!(turn > most)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSNPrintf(end->warning[end->n_warnings], sizeof(end->warning[0]), "a finite element turned by %.3g degrees; elements are of small strain, and take %.2g of strain from a turn of that size", (double)turn,
                           (double)(1 - PetscCosReal(turn * PETSC_PI / 180))));
-  if (c->rank == 0) fprintf(stderr, "warning: %s\n", end->warning[end->n_warnings]);
-  end->n_warnings++;
+  Told(c, end);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -242,8 +248,7 @@ static PetscErrorCode WarnOfLocking(AppCase *c, AppEnd *end)
   if (!elements) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(BaseFormat(end->warning[end->n_warnings], "%d elements (%s) lock at Poisson's ratio %.6g: they are stiffer than the material by far; use mesh.order: 2, or %s", (int)elements, word, (double)poisson,
                        !strcmp(word, "quad4") || !strcmp(word, "hex8") ? "mesh.element: enhanced" : "quadrilaterals or hexahedra, which do not"));
-  if (!c->rank) fprintf(stderr, "warning: %s\n", end->warning[end->n_warnings]);
-  end->n_warnings++;
+  Told(c, end);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -258,8 +263,7 @@ static PetscErrorCode WarnOfSmallCells(AppCase *c, AppEnd *end)
   PetscCall(BaseFormat(end->warning[end->n_warnings],
                        "particles are %.3g mm apart, and cracks open by %.3g mm before they let go: bonds may turn right round while they still hold, which stops a run; use particles at least %.3g mm apart, or a smaller fracture energy",
                        (double)(1e3 * distance), (double)(1e3 * opening), (double)(2e3 * opening)));
-  if (!c->rank) fprintf(stderr, "warning: %s\n", end->warning[end->n_warnings]);
-  end->n_warnings++;
+  Told(c, end);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -275,8 +279,7 @@ static PetscErrorCode WarnOfHaste(AppCase *c, AppEnd *end)
   PetscCall(BaseFormat(end->warning[end->n_warnings],
                        "loaded too fast to be called quasi-static: at the largest strain energy the unbalanced ratio is %.2g (good below %.2g) and kinetic / strain energy %.2g (good below %.2g); load more slowly, or raise local_damping",
                        (double)unbalanced, (double)most_unbalanced, (double)kinetic, (double)most_kinetic));
-  if (!c->rank) fprintf(stderr, "warning: %s\n", end->warning[end->n_warnings]);
-  end->n_warnings++;
+  Told(c, end);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
